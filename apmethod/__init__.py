@@ -1,0 +1,44 @@
+"""apmethod: particle methods whose particles are autonomous agents, on Mesa.
+
+The public names are imported when they are first used, so that ``import apmethod`` does
+not wait for Mesa and numba.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    "apmethod.agent": ("AgentParticle", "DiffusingParticle"),
+    "apmethod.compile": ("set_threads",),
+    "apmethod.contribute.reconstruct": ("reconstruct",),
+    "apmethod.contribute.smoothing": ("KERNELS", "Kernel"),
+    "apmethod.contribute.terms": ("Pair", "Term", "term"),
+    "apmethod.errors": ("StepFailed",),
+    "apmethod.message.bus": ("MessageBus",),
+    "apmethod.model": ("ParticleModel",),
+    "apmethod.move.diffusion": ("FORMS", "Diffusion"),
+    "apmethod.move.integrate": ("INTEGRATORS", "Integrator"),
+    "apmethod.move.law": ("Flow", "Law"),
+    "apmethod.particles": ("Column", "Particles"),
+    "apmethod.perceive.core_radius": ("FollowDensity",),
+    "apmethod.perceive.domain": ("Bounded", "Domain", "Open", "Periodic"),
+    "apmethod.perceive.lattice": ("QuadLattice",),
+    "apmethod.perceive.pairs": ("brute_force_pairs", "neighbour_pairs"),
+    "apmethod.run.scenes": ("load_scene",),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+__version__ = "0.1.0"
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'apmethod' has no attribute {name!r}")
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

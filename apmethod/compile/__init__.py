@@ -1,0 +1,17 @@
+"""How plain Python functions become machine code: compilation, its cache, and threads."""
+
+from apmethod.compile.jit import compiled, inlined, plain
+from apmethod.compile.rows import column_reader, namespace, table_reader
+from apmethod.compile.threads import in_blocks, set_threads, threads
+
+__all__ = [
+    "column_reader",
+    "compiled",
+    "in_blocks",
+    "inlined",
+    "namespace",
+    "plain",
+    "set_threads",
+    "table_reader",
+    "threads",
+]

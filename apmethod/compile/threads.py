@@ -1,0 +1,74 @@
+"""Blocks of one compiled pass on several threads.
+
+A pass releases the GIL and writes each agent's results from that agent's own sums only,
+so cutting the population into blocks changes no bit of the result, however many threads
+there are.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+#: Below this many items a pass is quicker than waking a second thread.
+_WORTH_A_THREAD = 2_000
+#: Blocks a thread: enough to even out a clustered scene.
+_BLOCKS_A_THREAD = 4
+
+_pool: ThreadPoolExecutor | None = None
+_threads: int | None = None
+
+
+def threads() -> int:
+    """The number of threads passes run on: ``set_threads``, ``$APMETHOD_THREADS`` or all."""
+    global _threads
+    if _threads is None:
+        wanted = os.environ.get("APMETHOD_THREADS", "")
+        set_threads(int(wanted) if wanted.isdigit() and int(wanted) else _processors())
+    return _threads
+
+
+def set_threads(count: int) -> None:
+    """Run the following passes on ``count`` threads; the results keep every bit.
+
+    Raises:
+        ValueError: if ``count`` is not a whole number of at least 1.
+    """
+    global _threads, _pool
+    if not isinstance(count, int) or count < 1:
+        raise ValueError(f"threads is {count!r}; it must be a whole number, 1 or more")
+    _threads, _pool = count, None
+
+
+def in_blocks(run: Callable, count: int, *arguments) -> None:
+    """Call ``run(first, last, *arguments)`` so that the blocks cover ``range(count)``."""
+    global _pool
+    if threads() == 1 or count < _WORTH_A_THREAD:
+        run(0, count, *arguments)
+        return
+    if _pool is None:
+        _pool = ThreadPoolExecutor(threads(), thread_name_prefix="apmethod")
+    blocks = threads() * _BLOCKS_A_THREAD
+    edges = [count * block // blocks for block in range(blocks + 1)]
+    jobs = [
+        _pool.submit(run, first, last, *arguments)
+        for first, last in zip(edges[:-1], edges[1:], strict=True)
+    ]
+    for job in jobs:
+        job.result()
+
+
+def _processors() -> int:
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # only Linux tells
+        return os.cpu_count() or 1
+
+
+def _forget_pool() -> None:
+    global _pool
+    _pool = None
+
+
+# A forked child inherits the pool but none of its threads, and would wait for ever.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_pool)

@@ -1,0 +1,212 @@
+"""Smoothing kernels in the plane (paper 2.1, Figure 1).
+
+A kernel is W(r, h) = shape(q^2) / h^2 with q = r/h, h the *smoothing length*.  It is zero
+from q = support on, so the *core radius* is support * h.  Shapes are functions of q^2, and
+their slope is the derivative divided by q, so that
+
+    grad_i W_ij = slope(q^2) / h^4 * (x_i - x_j)
+
+needs no division by a distance that may be zero.  Shapes are normalised to integrate to 1.
+
+Kernels marked fourth order have no second moment, so that smoothing by them changes a
+field by O(h^4) instead of O(h^2); such kernels are negative somewhere.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+
+import numpy as np
+
+from apmethod.compile import inlined, plain
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A smoothing kernel.
+
+    Attributes:
+        name: what a scene calls it.
+        support: core radius over smoothing length.
+        shape: W h^2 as a function of q^2, below the support.
+        slope: the derivative of ``shape`` by q, divided by q, as a function of q^2.
+        order: 2 for a positive kernel, 4 for one without second moment.
+    """
+
+    name: str
+    support: float
+    shape: Callable[[float], float]
+    slope: Callable[[float], float]
+    order: int = 2
+
+    def w(self, distance, smoothing_length: float) -> np.ndarray:
+        """W(r, h), per area, at distances of any shape."""
+        q_2 = (np.asarray(distance, float) / smoothing_length) ** 2
+        values = np.vectorize(plain(self.shape), otypes=[float])(q_2)
+        return np.where(q_2 < self.support**2, values, 0.0) / smoothing_length**2
+
+    def dw(self, distance, smoothing_length: float) -> np.ndarray:
+        """dW/dr, per volume, at distances of any shape."""
+        q_2 = (np.asarray(distance, float) / smoothing_length) ** 2
+        values = np.vectorize(plain(self.slope), otypes=[float])(q_2) * np.sqrt(q_2)
+        return np.where(q_2 < self.support**2, values, 0.0) / smoothing_length**3
+
+    @cached_property
+    def transform(self) -> tuple[np.ndarray, np.ndarray]:
+        """Wave numbers k h and the kernel's Fourier transform there (1 at k = 0)."""
+        from scipy.special import j0
+
+        q, width = np.linspace(0.0, self.support, 801, retstep=True)
+        weight = np.full(q.size, width)
+        weight[[0, -1]] /= 2.0
+        profile = 2.0 * pi * q * weight * np.vectorize(plain(self.shape), otypes=[float])(q**2)
+        k = np.linspace(0.0, 12.0, 481)
+        return k, j0(np.outer(k, q)) @ profile
+
+
+def _spline(name: str, support: float, shape: Callable, slope: Callable) -> Kernel:
+    return Kernel(name, support, inlined(shape), inlined(slope))
+
+
+# -- splines and Wendland functions: (s - q)_+ is max(s - q, 0), without a branch ----------
+
+_SMALL = 1e-150  # keeps 0/0 out of slope at q = 0, where the numerator vanishes
+
+
+def _cubic(q_2):
+    q = np.sqrt(q_2)
+    two, one = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
+    return 10.0 / (7.0 * pi) * (0.25 * two**3 - one**3)
+
+
+def _cubic_slope(q_2):
+    q = np.sqrt(q_2)
+    two, one = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
+    return 10.0 / (7.0 * pi) * (3.0 * one**2 - 0.75 * two**2) / max(q, _SMALL)
+
+
+def _quintic(q_2):
+    q = np.sqrt(q_2)
+    three, two, one = max(3.0 - q, 0.0), max(2.0 - q, 0.0), max(1.0 - q, 0.0)
+    return 7.0 / (478.0 * pi) * (three**5 - 6.0 * two**5 + 15.0 * one**5)
+
+
+def _quintic_slope(q_2):
+    q = np.sqrt(q_2)
+    three, two, one = max(3.0 - q, 0.0), max(2.0 - q, 0.0), max(1.0 - q, 0.0)
+    steep = -5.0 * three**4 + 30.0 * two**4 - 75.0 * one**4
+    return 7.0 / (478.0 * pi) * steep / max(q, _SMALL)
+
+
+def _wendland_c2(q_2):
+    q = np.sqrt(q_2)
+    inside = max(1.0 - 0.5 * q, 0.0)
+    return 7.0 / (4.0 * pi) * inside**4 * (1.0 + 2.0 * q)
+
+
+def _wendland_c2_slope(q_2):
+    inside = max(1.0 - 0.5 * np.sqrt(q_2), 0.0)
+    return -35.0 / (4.0 * pi) * inside**3
+
+
+def _wendland_c4(q_2):
+    q = np.sqrt(q_2)
+    inside = max(1.0 - 0.5 * q, 0.0)
+    return 9.0 / (4.0 * pi) * inside**6 * (1.0 + 3.0 * q + 35.0 / 12.0 * q_2)
+
+
+def _wendland_c4_slope(q_2):
+    q = np.sqrt(q_2)
+    inside = max(1.0 - 0.5 * q, 0.0)
+    return -9.0 / (4.0 * pi) * inside**5 * (14.0 / 3.0 + 35.0 / 3.0 * q)
+
+
+# -- Gaussians, cut at q = k with value and slope going to zero there ---------------------
+
+
+def _cut_gaussian(name: str, cut: float, a: float, b: float, order: int) -> Kernel:
+    """(a + b q^2) g(q), g = exp(-q^2) - exp(-cut^2) (1 + cut^2 - q^2), normalised by a and b."""
+    end = float(np.exp(-(cut**2)))
+    cut_2 = cut**2
+
+    @inlined
+    def shape(q_2):
+        g = np.exp(-q_2) - end * (1.0 + cut_2 - q_2)
+        return (a + b * q_2) * g
+
+    @inlined
+    def slope(q_2):
+        bell = np.exp(-q_2)
+        g = bell - end * (1.0 + cut_2 - q_2)
+        return 2.0 * b * g - 2.0 * (a + b * q_2) * (bell - end)
+
+    return Kernel(name, cut, shape, slope, order)
+
+
+def _moment(cut: float, power: int) -> float:
+    """Integral over the plane of q^power g(q), in closed form for power 0, 2 and 4."""
+    c, end = cut**2, float(np.exp(-(cut**2)))
+    n = power // 2
+    # With s = q^2 the integral is pi times that of s^n (exp(-s) - end (1 + c - s)) to c.
+    bell = [1.0 - end, 1.0 - end * (1.0 + c), 2.0 - end * (2.0 + 2.0 * c + c * c)][n]
+    line = (1.0 + c) * c ** (n + 1) / (n + 1) - c ** (n + 2) / (n + 2)
+    return pi * (bell - end * line)
+
+
+def _gaussian_2() -> Kernel:
+    cut = 3.4
+    return _cut_gaussian("gaussian", cut, 1.0 / _moment(cut, 0), 0.0, order=2)
+
+
+def _gaussian_4() -> Kernel:
+    cut = 3.8
+    zero, two, four = (_moment(cut, power) for power in (0, 2, 4))
+    # Unit integral and no second moment: a m0 + b m2 = 1 and a m2 + b m4 = 0.
+    a, b = np.linalg.solve([[zero, two], [two, four]], [1.0, 0.0])
+    return _cut_gaussian("gaussian_4", cut, float(a), float(b), order=4)
+
+
+@inlined
+def _gaussian_6_shape(q_2):
+    return (3.0 - 3.0 * q_2 + 0.5 * q_2 * q_2) * np.exp(-q_2) / pi
+
+
+@inlined
+def _gaussian_6_slope(q_2):
+    return (8.0 * q_2 - q_2 * q_2 - 12.0) * np.exp(-q_2) / pi
+
+
+#: Monaghan's cubic B-spline, the kernel of the paper's Figure 1.
+CUBIC = _spline("cubic", 2.0, _cubic, _cubic_slope)
+#: The quintic B-spline.
+QUINTIC = _spline("quintic", 3.0, _quintic, _quintic_slope)
+#: Wendland's C2 function.
+WENDLAND_C2 = _spline("wendland_c2", 2.0, _wendland_c2, _wendland_c2_slope)
+#: Wendland's C4 function.
+WENDLAND_C4 = _spline("wendland_c4", 2.0, _wendland_c4, _wendland_c4_slope)
+#: The Gaussian, cut smoothly at 3.4 h.
+GAUSSIAN = _gaussian_2()
+#: (a + b q^2) times a Gaussian cut smoothly at 3.8 h: fourth order, negative in its tail.
+GAUSSIAN_4 = _gaussian_4()
+#: The sixth-order Gaussian (3 - 3 q^2 + q^4/2) exp(-q^2)/pi: for reading a field out of
+#: finished agents, not for moving them.
+GAUSSIAN_6 = Kernel("gaussian_6", 4.2, _gaussian_6_shape, _gaussian_6_slope, order=6)
+
+KERNELS = {
+    kernel.name: kernel
+    for kernel in (CUBIC, QUINTIC, WENDLAND_C2, WENDLAND_C4, GAUSSIAN, GAUSSIAN_4, GAUSSIAN_6)
+}
+
+
+def kernel_named(name: str | Kernel) -> Kernel:
+    """The kernel of that name; a `Kernel` is handed through.
+
+    Raises:
+        ValueError: for a name that is not in ``KERNELS``.
+    """
+    if isinstance(name, Kernel):
+        return name
+    if name not in KERNELS:
+        raise ValueError(f"kernel is {name!r}; it must be one of {', '.join(KERNELS)}")
+    return KERNELS[name]

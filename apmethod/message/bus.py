@@ -1,0 +1,184 @@
+"""The message bus: each pair's contribution is computed once and both ends get it.
+
+In Python, an agent that has computed a pair posts the other end its half, and the other
+one, finding that message, does not compute the pair again (paper 2.3).  In the compiled
+tier the bus sums for the whole population at once.  Both leave the same sums, and an
+agent cannot tell from what it reads which of the two its neighbours used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from apmethod.contribute.smoothing import Kernel
+from apmethod.contribute.terms import Term, plain_pair
+from apmethod.message.gather import GatherPass
+from apmethod.particles import Particles
+from apmethod.perceive.cells import SortedCells
+from apmethod.perceive.lattice import QuadLattice
+
+if TYPE_CHECKING:
+    from apmethod.agent import AgentParticle
+
+Message = tuple[float, ...]
+
+
+class MessageBus:
+    """Exchanges a scene's terms over the pairs that its agents perceive.
+
+    Args:
+        particles: the agents' table; columns for the terms' sums are added to it.
+        space: the lattice the agents perceive in.
+        kernel: smoothing kernel of all terms.
+        terms: what is exchanged, in any order.  A term that reads what another one
+            delivers is exchanged in a later round.
+
+    Raises:
+        ValueError: for a term that does not hold its parity, reads a column that nobody
+            has, or waits for itself.
+    """
+
+    def __init__(
+        self, particles: Particles, space: QuadLattice, kernel: Kernel, terms: Sequence[Term]
+    ):
+        self.particles = particles
+        self.space = space
+        self.kernel = kernel
+        self.rounds = _rounds(terms)
+        for term in terms:
+            particles.declare(term.name, term)
+        self._check(terms)
+        periodic = any(space.domain.periods)
+        self._passes = [GatherPass(each, kernel, particles, periodic) for each in self.rounds]
+        self.close()
+
+    @property
+    def smoothing_length(self) -> float:
+        """h of the kernel: the core radius over the kernel's support."""
+        return self.space.core_radius / self.kernel.support
+
+    # -- one round ---------------------------------------------------------------------
+
+    def open(self, number: int) -> None:
+        """Begin round ``number`` with nothing sent."""
+        #: The terms that are being exchanged.
+        self.terms: tuple[Term, ...] = self.rounds[number]
+        self._pass = self._passes[number]
+        self._sums = np.zeros((len(self.particles), self._pass.width))
+        self._mail: dict[AgentParticle, dict[AgentParticle, Message]] = {}
+
+    def close(self) -> None:
+        """End the round and drop its messages."""
+        self.terms = ()
+        self._sums = np.empty((0, 0))
+        self._mail = {}
+
+    def contribute_all(self, cells: SortedCells, rows: np.ndarray | None = None) -> None:
+        """Sum the contributions among the agents in ``cells``, compiled.
+
+        ``rows`` are the table's rows that the cells were made from, None for all.
+        """
+        self._pass(cells, self._sums, rows)
+
+    def deliver_all(self, rows: np.ndarray | None = None) -> None:
+        """Write the sums to the columns, for all agents or those in ``rows``."""
+        chosen = slice(None) if rows is None else rows
+        for term, part in self._parts():
+            self.particles.array(term.name)[chosen] = self._sums[chosen, part]
+
+    # -- one agent ---------------------------------------------------------------------
+
+    def exchange(self, agent: AgentParticle, other: AgentParticle) -> tuple[Message, Message]:
+        """Compute a pair once: what ``agent`` gets from ``other``, and the other's half."""
+        dx, dy = self.space.displacement(agent, other)
+        pair = plain_pair(self.kernel, dx, dy, self.smoothing_length)
+        mine: list[float] = []
+        theirs: list[float] = []
+        for term in self.terms:
+            values = term.values(pair, agent, other)
+            if term.sign:
+                back = tuple(term.sign * value for value in values)
+            else:
+                back = term.values(pair.mirrored(), other, agent)
+            mine += self._weighed(term, values, sender=other)
+            theirs += self._weighed(term, back, sender=agent)
+        return tuple(mine), tuple(theirs)
+
+    def own(self, agent: AgentParticle) -> Message:
+        """What ``agent`` gives itself, for the terms that count it in."""
+        pair = plain_pair(self.kernel, 0.0, 0.0, self.smoothing_length)
+        message: list[float] = []
+        for term in self.terms:
+            if term.own:
+                message += self._weighed(term, term.values(pair, agent, agent), sender=agent)
+            else:
+                message += [0.0] * (term.components or 1)
+        return tuple(message)
+
+    def post(self, sender: AgentParticle, receiver: AgentParticle, message: Message) -> None:
+        """Send ``message``, one number for each part of each term, to ``receiver``."""
+        self._mail.setdefault(receiver, {})[sender] = message
+        self._sums[self.particles.row(receiver)] += message
+
+    def received(self, receiver: AgentParticle, sender: AgentParticle) -> bool:
+        """Whether ``sender`` has sent ``receiver`` a message in this round."""
+        return sender in self._mail.get(receiver, ())
+
+    def messages(self, agent: AgentParticle) -> dict[AgentParticle, Message]:
+        """The messages posted to ``agent`` in this round, by sender."""
+        return dict(self._mail.get(agent, {}))
+
+    def read(self, agent: AgentParticle) -> dict[str, float | np.ndarray]:
+        """What all messages to ``agent`` add up to, by name of the term."""
+        sums = self._sums[self.particles.row(agent)]
+        return {term.name: sums[part] for term, part in self._parts()}
+
+    def _parts(self) -> list[tuple[Term, int | slice]]:
+        """Each term of the round with its place in a message."""
+        parts, place = [], 0
+        for term in self.terms:
+            width = term.components or 1
+            parts.append((term, place if term.components is None else slice(place, place + width)))
+            place += width
+        return parts
+
+    @staticmethod
+    def _weighed(term: Term, values: Message, sender: AgentParticle) -> list[float]:
+        weight = getattr(sender, term.weight) if term.weight else 1.0
+        return [weight * value for value in values]
+
+    def _check(self, terms: Sequence[Term]) -> None:
+        widths = {name: column.components for name, column in self.particles.columns.items()}
+        for term in terms:
+            for name in term.columns:
+                if name not in widths:
+                    raise ValueError(
+                        f"term {term.name!r} reads column {name!r}, which no agent class "
+                        f"declares and no term delivers; there are {', '.join(widths)}"
+                    )
+            term.check(widths)
+
+
+def _rounds(terms: Sequence[Term]) -> list[tuple[Term, ...]]:
+    """Group terms so that each comes after those that deliver what it reads."""
+    waiting = {term.name: term for term in terms}
+    rounds = []
+    while waiting:
+        ready = [
+            term
+            for term in waiting.values()
+            if not any(name in waiting and name != term.name for name in term.columns)
+            and term.name not in term.columns
+        ]
+        if not ready:
+            raise ValueError(
+                f"terms {', '.join(waiting)} wait for each other's sums; break the circle by "
+                "keeping one of them in a column of its own"
+            )
+        rounds.append(tuple(ready))
+        for term in ready:
+            del waiting[term.name]
+    return rounds

@@ -1,0 +1,285 @@
+"""A Mesa model whose step is the paper's procedure (paper 2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import mesa
+import numpy as np
+
+from apmethod.agent import AgentParticle
+from apmethod.contribute.smoothing import CUBIC, Kernel, kernel_named
+from apmethod.contribute.terms import Term
+from apmethod.errors import StepFailed
+from apmethod.message.bus import MessageBus
+from apmethod.move.diffusion import Diffusion
+from apmethod.move.integrate import Integrator, integrator_named
+from apmethod.move.law import Law
+from apmethod.move.motion import Motion
+from apmethod.particles import Particles
+from apmethod.perceive.core_radius import FollowDensity
+from apmethod.perceive.domain import Domain
+from apmethod.perceive.lattice import QuadLattice
+from apmethod.procedure import Procedure
+
+#: Share of the largest stable step that a step chosen by the model takes.
+MARGIN = 0.7
+#: Largest turn of the flow in a step chosen by the model, in radians.
+TURN = 0.2
+
+
+class ParticleModel(mesa.Model):
+    """A model of agent-particles.
+
+    A scene derives from it, calls this constructor with what it consists of, and adds
+    agents; whatever is not named costs nothing.
+
+    Args:
+        agent_classes: classes of the agents to come.
+        core_radius: distance up to which agents perceive each other, a length.
+        domain: open if not given.
+        kernel: smoothing kernel or its name; its smoothing length is
+            core_radius / kernel.support.
+        laws: what moves the agents; see `Diffusion`, `Flow` and `Law`.
+        terms: sums to exchange besides those that laws and agent classes name.
+        integrator: an `Integrator` or its name.
+        dt: time step; None lets the model choose each one, inside the stability limit.
+        radius_rule: makes the core radius follow something; None keeps it.
+        level: p of the quad-lattice, 4^p sub-domains a cell.
+        tier: "compiled", or "agents" to run every step agent by agent in Python.
+        rng: seed of the model's random streams; an integer gives the same on all versions.
+
+    Raises:
+        ValueError: for bad input, naming the argument, its value and what would be right.
+
+    Attributes:
+        elapsed: physical time since the start (Mesa keeps ``time`` for its own clock).
+        until: physical time to end a run at, or None; steps are fitted to end there.
+        particles: the columns behind the agents.
+        space: the quad-lattice.
+        bus: the message bus.
+        motion: laws and integrator.
+        procedure: how the steps are run; its ``seconds`` tell the time by phase.
+    """
+
+    until: float | None = None
+
+    def __init__(
+        self,
+        agent_classes: Sequence[type[AgentParticle]] | type[AgentParticle],
+        *,
+        core_radius: float,
+        domain: Domain | None = None,
+        kernel: str | Kernel = CUBIC,
+        laws: Sequence[Law] = (),
+        terms: Sequence[Term] = (),
+        integrator: str | Integrator = "euler",
+        dt: float | None = None,
+        radius_rule: FollowDensity | None = None,
+        level: int = 1,
+        tier: str = "compiled",
+        rng: int | None = None,
+    ):
+        super().__init__(rng=rng)
+        classes = [agent_classes] if isinstance(agent_classes, type) else list(agent_classes)
+        self.elapsed = 0.0
+        self.kernel = kernel_named(kernel)
+        self.particles = Particles()
+        self.space = QuadLattice(self.particles, core_radius, domain, level)
+        for cls in classes:
+            self.particles.declare_class(cls)
+        self.motion = Motion(
+            self.particles, self.space.domain, laws, integrator_named(integrator)
+        )
+        wanted = _unique(
+            [*(t for law in laws for t in law.terms), *terms, *_declared_terms(classes)]
+        )
+        self.bus = MessageBus(self.particles, self.space, self.kernel, wanted)
+        self.radius_rule = radius_rule
+        self.procedure = Procedure(self, tier)
+        self.dt = None if dt is None else _positive("dt", dt)
+        self._check_dt()
+
+    # -- the procedure -----------------------------------------------------------------
+
+    def step(self) -> None:
+        """One step: all perceive, then contribute, message, and move (paper 2.2).
+
+        An integrator of several stages has the agents perceive again from trial places.
+
+        Raises:
+            StepFailed: if a column is no longer finite.  The agents are put back to where
+                the step began.
+        """
+        with self._whole_or_not_at_all():
+            if self.radius_rule is not None:
+                self.radius_rule.adapt(self)
+            dt = self.next_dt()
+            self.motion.begin(self.elapsed, dt)
+            for stage in self.motion.stages():
+                self.motion.enter(stage, self.bus.smoothing_length)
+                if stage.interacts:
+                    self.perceive()
+                    for number in range(len(self.bus.rounds)):
+                        self.contribute(number)
+                        self.message()
+                self.advance(stage)
+            self.motion.end()
+            self.elapsed = self._landed(dt)
+
+    def perceive(self) -> None:
+        """All agents find their neighbours; skipped where nobody asks for them."""
+        if self.bus.rounds or self.procedure.tier == "agents" or self._looks_around():
+            self.procedure.perceive()
+
+    def contribute(self, number: int) -> None:
+        """All agents compute their pairs, once each."""
+        self.procedure.contribute(number)
+
+    def message(self) -> None:
+        """All agents take in what they have been sent."""
+        self.procedure.message()
+
+    def advance(self, stage) -> None:
+        """All agents go to a trial place, or move."""
+        self.procedure.advance(stage)
+
+    # -- time --------------------------------------------------------------------------
+
+    def next_dt(self) -> float:
+        """The next time step: ``dt``, or one within the limits; fitted to end at ``until``."""
+        limit = self.dt if self.dt is not None else self._chosen_dt()
+        if self.until is None or self.elapsed >= self.until:
+            return limit
+        left = self.until - self.elapsed
+        if self.dt is not None:
+            return left if left < limit * (1.0 + 1e-9) else limit
+        return left / np.ceil(left / limit * (1.0 - 1e-12))
+
+    def largest_dt(self) -> float:
+        """The largest stable time step now, infinite where nothing limits it."""
+        reach = self.motion.integrator.reach
+        limits = [
+            law.largest_step(self.bus.smoothing_length, reach)
+            for law in self.motion.laws
+            if isinstance(law, Diffusion)
+        ]
+        return min(limits, default=np.inf)
+
+    def _chosen_dt(self) -> float:
+        limit = MARGIN * self.largest_dt()
+        positions = self.particles.array("position")
+        for law in self.motion.laws:
+            turning = getattr(law, "turning", None)
+            rate = turning(positions, self.elapsed) if turning else 0.0
+            if rate > 0.0:
+                limit = min(limit, TURN / rate)
+        if not np.isfinite(limit):
+            raise ValueError("dt is None and no law limits it; give dt")
+        return float(limit)
+
+    def _check_dt(self) -> None:
+        limit = self.largest_dt()
+        if self.motion.integrator.of == "acceleration" and self.dt is None:
+            raise ValueError("dt is None; a second-order law needs one given")
+        if self.dt is not None and self.dt > limit:
+            raise ValueError(
+                f"dt is {self.dt:.6g}, which is unstable: with this core radius, kernel, form "
+                f"and integrator it must be at most {limit:.6g}; give a smaller one, or None"
+            )
+
+    def _landed(self, dt: float) -> float:
+        """Time after the step, without the rounding of the last one."""
+        time = self.elapsed + dt
+        if self.until is not None and abs(time - self.until) <= 1e-12 * abs(self.until):
+            return self.until
+        return time
+
+    # -- guards ------------------------------------------------------------------------
+
+    @contextmanager
+    def _whole_or_not_at_all(self) -> Iterator[None]:
+        """Put the agents back if the step fails, and say which step it was."""
+        state, changes = self.particles.state(), self.particles.changes
+        radius = self.space.core_radius
+        try:
+            yield
+            self._check_finite()
+        except Exception as error:
+            restored = self.particles.changes == changes
+            if restored:
+                self.particles.restore(state)
+                self.space.core_radius = radius
+            elif not isinstance(error, StepFailed):
+                error.add_note("agents came or went in the step, which could not be undone")
+            if not isinstance(error, StepFailed):
+                error.add_note(f"in step {self.steps}, from time {self.elapsed:g}")
+            raise
+        finally:
+            self.bus.close()
+            self.space.forget()
+
+    def _check_finite(self) -> None:
+        found = self.particles.first_not_finite()
+        if found is not None:
+            name, agent = found
+            value = self.particles.array(name)[self.particles.row(agent)]
+            raise StepFailed(
+                f"column {name!r} of agent {agent.unique_id} ({type(agent).__name__}) became "
+                f"{value}; the agents were put back to the last good step",
+                self.steps,
+                self.elapsed,
+            )
+
+    # -- in words and numbers ----------------------------------------------------------
+
+    def core_radius_rule(self) -> str:
+        """How the core radius is chosen, in words."""
+        return "fixed" if self.radius_rule is None else repr(self.radius_rule)
+
+    def diagnostics(self) -> dict[str, float]:
+        """Numbers that tell how a run is doing, for one row of a series."""
+        mass = self.particles.array("mass")
+        position = self.particles.array("position")
+        total = float(mass.sum())
+        centroid = (mass @ position) / total if total else np.full(2, np.nan)
+        return {
+            "step": self.steps,
+            "time": self.elapsed,
+            "agents": len(self.particles),
+            "mass": total,
+            "centroid_x": float(centroid[0]),
+            "centroid_y": float(centroid[1]),
+            "core_radius": self.space.core_radius,
+        }
+
+    def _looks_around(self) -> bool:
+        classes = self.particles.classes
+        return any(self.procedure.overrides(cls, "pairs") for cls in classes)
+
+
+def _declared_terms(classes: Sequence[type]) -> list[Term]:
+    """Terms that agent classes, or what they derive from, declare."""
+    return [
+        value
+        for cls in classes
+        for owner in reversed(cls.__mro__)
+        for value in vars(owner).values()
+        if isinstance(value, Term)
+    ]
+
+
+def _unique(terms: Sequence[Term]) -> list[Term]:
+    """The terms without repetition; two different ones of one name are an error."""
+    found: dict[str, Term] = {}
+    for term in terms:
+        if found.setdefault(term.name, term) is not term:
+            raise ValueError(f"there are two terms named {term.name!r}; rename one of them")
+    return list(found.values())
+
+
+def _positive(name: str, value: float) -> float:
+    if not (isinstance(value, int | float | np.number) and 0.0 < value < np.inf):
+        raise ValueError(f"{name} is {value!r}; it must be a finite number above 0")
+    return float(value)

@@ -1,0 +1,197 @@
+"""Laws: what an agent's velocity (or acceleration) is made of.
+
+A law is a formula for one agent.  A scene adds up as many as it names: a diffusion
+velocity, a given flow, a force.  The formula runs in Python on one agent and compiled on
+all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from apmethod.compile import column_reader, compiled, in_blocks, inlined, namespace, plain
+from apmethod.contribute.terms import Term
+from apmethod.particles import Particles
+
+
+class Law:
+    """A contribution to every agent's velocity, or acceleration.
+
+    Args:
+        name: what ``explain`` calls it.
+        formula: ``f(agent, p)`` giving (x, y).  ``agent`` has the columns named in
+            ``reads``; ``p`` has ``time``, ``smoothing_length`` and the parameters.
+        reads: columns of the agent that the formula uses.
+        parameters: numbers that the formula reads from ``p``; changing one needs no
+            new compilation.
+        terms: what the message bus must exchange for the formula.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        formula: Callable,
+        *,
+        reads: Sequence[str] = (),
+        parameters: Mapping[str, float] | None = None,
+        terms: Sequence[Term] = (),
+    ):
+        self.name = name
+        self.formula = formula
+        self.reads = tuple(reads)
+        self.parameters = dict(parameters or {})
+        self.terms = tuple(terms)
+        for key, value in self.parameters.items():
+            if not np.isfinite(value):
+                raise ValueError(f"{key} is {value!r}; it must be a finite number")
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{key}={value:g}" for key, value in self.parameters.items())
+        return f"{self.name} ({values})" if values else self.name
+
+    @property
+    def interacts(self) -> bool:
+        """Whether the law needs an agent's neighbours."""
+        return bool(self.terms)
+
+    @cached_property
+    def _names(self) -> type:
+        return namespace("Parameters", ("time", "smoothing_length", *self.parameters))
+
+    def of(self, agent: Any, time: float, smoothing_length: float) -> np.ndarray:
+        """The law on one agent, in Python: an array of shape (2,)."""
+        p = self._names(time, smoothing_length, *self.parameters.values())
+        return np.array(plain(self.formula)(agent, p), float)
+
+    def add_to(
+        self,
+        total: np.ndarray,
+        particles: Particles,
+        rows: np.ndarray,
+        time: float,
+        smoothing_length: float,
+    ) -> None:
+        """Add the law's value for the agents in ``rows`` to those rows of ``total``, (n, 2)."""
+        columns = tuple(particles.array(name) for name in self.reads) or (total,)
+        p = np.array([time, smoothing_length, *self.parameters.values()])
+        in_blocks(self._pass(particles), len(rows), rows, columns, p, total)
+
+    def _pass(self, particles: Particles) -> Callable:
+        widths = tuple((name, particles.columns[name].components) for name in self.reads)
+        if getattr(self, "_compiled_for", None) != widths:
+            self._compiled_for, self._compiled = widths, self._compile(widths)
+        return self._compiled
+
+    def _compile(self, widths: Sequence[tuple[str, int | None]]) -> Callable:
+        read = column_reader(widths)
+        formula = inlined(self.formula)
+        names = self._names
+        fields = ", ".join(f"p[{k}]" for k in range(len(names._fields)))
+        unpack = inlined(eval(f"lambda p: names({fields})", {"names": names}))
+
+        @compiled
+        def add_law(first, last, rows, columns, p, total):
+            parameters = unpack(p)
+            for k in range(first, last):
+                row = rows[k]
+                x, y = formula(read(columns, row), parameters)
+                total[row, 0] += x
+                total[row, 1] += y
+
+        return add_law
+
+
+class Flow(Law):
+    """A given velocity field V(x, y, t), of which each agent takes the value where it is.
+
+    Args:
+        field: ``V(x, y, t)`` giving (x, y); plain Python that numba compiles.
+        name: what ``explain`` calls it.
+    """
+
+    def __init__(self, field: Callable, name: str = "flow"):
+        self.field = inlined(field)
+        try:
+            value = tuple(float(part) for part in plain(field)(0.5, 0.25, 0.0))
+        except TypeError as error:
+            raise ValueError(f"flow {field!r} is not V(x, y, t) giving (x, y): {error}") from None
+        if len(value) != 2:
+            raise ValueError(f"flow {field!r} gives {len(value)} numbers; it must give (x, y)")
+        there = self.field
+
+        def formula(agent, p):
+            return there(agent.position[0], agent.position[1], p.time)
+
+        super().__init__(name, formula, reads=("position",))
+        self._turning: Callable | None = None
+        self._carrying: Callable | None = None
+
+    def turning(self, positions: np.ndarray, time: float) -> float:
+        """How fast the flow turns or stretches: the largest |grad V| at ``positions``, 1/time."""
+        if self._turning is None:
+            self._turning = _compile_turning(self.field)
+        extent = float(np.ptp(positions, axis=0).max()) if len(positions) else 0.0
+        return self._turning(positions, 1e-4 * extent or 1e-4, time)
+
+    def carry(
+        self,
+        arrived: np.ndarray,
+        places: np.ndarray,
+        rows: np.ndarray,
+        time: float,
+        span: float,
+        turning: float,
+        *,
+        in_python: bool,
+    ) -> None:
+        """Carry ``places[rows]``, of shape (n, 2), by the flow alone to ``arrived[rows]``.
+
+        Classical Runge-Kutta, in as many steps as keep the turn of each below 0.05.
+        """
+        steps = max(1, int(np.ceil(abs(span) * turning / 0.05)))
+        if in_python:
+            run = _carrier(plain(self.field))
+            run(0, len(rows), rows, places, time, span, steps, arrived)
+            return
+        if self._carrying is None:
+            self._carrying = compiled(_carrier(self.field))
+        in_blocks(self._carrying, len(rows), rows, places, time, span, steps, arrived)
+
+
+def _compile_turning(field: Callable) -> Callable:
+    @compiled
+    def turning(positions, step, time):
+        largest = 0.0
+        for k in range(positions.shape[0]):
+            x, y = positions[k, 0], positions[k, 1]
+            east, west = field(x + step, y, time), field(x - step, y, time)
+            north, south = field(x, y + step, time), field(x, y - step, time)
+            a, b = east[0] - west[0], north[0] - south[0]
+            c, d = east[1] - west[1], north[1] - south[1]
+            # Half the squared Frobenius norm: the squared angular velocity of a rotation.
+            largest = max(largest, 0.5 * (a * a + b * b + c * c + d * d))
+        return np.sqrt(largest) / (2.0 * step)
+
+    return turning
+
+
+def _carrier(field: Callable) -> Callable:
+    def carry(first, last, rows, places, time, span, steps, arrived):
+        dt = span / steps
+        for k in range(first, last):
+            x, y = places[rows[k], 0], places[rows[k], 1]
+            for step in range(steps):
+                t = time + step * dt
+                u1, v1 = field(x, y, t)
+                u2, v2 = field(x + 0.5 * dt * u1, y + 0.5 * dt * v1, t + 0.5 * dt)
+                u3, v3 = field(x + 0.5 * dt * u2, y + 0.5 * dt * v2, t + 0.5 * dt)
+                u4, v4 = field(x + dt * u3, y + dt * v3, t + dt)
+                x += dt / 6.0 * (u1 + 2.0 * u2 + 2.0 * u3 + u4)
+                y += dt / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4)
+            arrived[rows[k], 0], arrived[rows[k], 1] = x, y
+
+    return carry

@@ -1,0 +1,1 @@
+"""Perceive: who is near whom (paper 2.4). No physics here, only positions."""

@@ -1,0 +1,193 @@
+"""Agents sorted into the sub-domains of a lattice: the arrays behind every search.
+
+A cell is as wide as the core radius and is split in 4^p sub-domains (paper 2.4.1, Table
+2).  An agent's potential neighbours lie in the (2*2^p + 1)^2 sub-domains around its own.
+Sub-domains are numbered row by row from the south, so that those of one row of that
+square follow each other, and the agents in them are one run of the sorted arrays.
+
+Agents near a periodic side appear a second time beyond the opposite one, as images: a
+search then never has to know that the domain is periodic.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from apmethod.compile import compiled
+from apmethod.perceive.domain import PERIODIC, Domain
+
+#: A dense table of sub-domains may hold this many for each agent; beyond, it is searched.
+_DENSE = 16
+#: Sub-domains along one axis at the most, so that their numbers fit in 64 bits.
+_LONGEST = 2**31
+
+
+@dataclass(frozen=True)
+class SortedCells:
+    """Agents in the order of their sub-domains, with the runs around each of these.
+
+    Attributes:
+        core_radius: the search radius, and the side of a cell.
+        level: p, each cell is split in 4^p sub-domains.
+        side: side of a sub-domain, core_radius / 2^p (and a rounding margin).
+        origin: x and y of the south-west corner of sub-domain 0.
+        grid: number of sub-domains along x and y.
+        row: the agent's row in the positions that were sorted, (n + images,).
+        image: True where the entry is an image of the agent beyond a periodic side.
+        x, y: the agents' positions, not shifted.
+        shift_x, shift_y: what to add to an image's position (all 0 without images).
+        number: of each occupied sub-domain, ascending, (cells,).
+        start: where each occupied sub-domain begins in the sorted arrays, (cells + 1,).
+        low, high: for each occupied sub-domain and row of its surrounding square, where
+            the run of potential neighbours begins and ends, (cells, 2*2^p + 1).
+    """
+
+    core_radius: float
+    level: int
+    side: float
+    origin: tuple[float, float]
+    grid: tuple[int, int]
+    row: np.ndarray
+    image: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    shift_x: np.ndarray
+    shift_y: np.ndarray
+    number: np.ndarray
+    start: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def longest(self) -> int:
+        """The largest number of potential neighbours that any sub-domain has."""
+        return int((self.high - self.low).sum(axis=1).max(initial=0))
+
+    def around(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """low and high for any points, of shape (n, 2): the runs of agents near each."""
+        place = np.floor((points - np.array(self.origin)) / self.side)
+        east, north = np.clip(place, -(2.0**40), 2.0**40).astype(np.int64).T
+        return _runs(east, north, self.grid, self.level, self.start, self.number)
+
+    def candidates(self) -> int:
+        """Number of distance tests in a search for all agents' neighbours (paper Table 2)."""
+        own = np.add.reduceat(~self.image, self.start[:-1], dtype=np.int64)
+        return int((own * (self.high - self.low).sum(axis=1)).sum())
+
+
+def sort_into_cells(
+    positions: np.ndarray, core_radius: float, level: int, domain: Domain
+) -> SortedCells:
+    """Sort agents, positions of shape (n, 2), into sub-domains of side core_radius / 2^level."""
+    row, shift = _with_images(positions, core_radius, domain)
+    where = positions[row] + shift
+    lowest, highest = (where.min(axis=0), where.max(axis=0)) if len(where) else np.zeros((2, 2))
+    side, grid = _grid(highest - lowest, core_radius, level)
+    number = _numbers(where, lowest, side, grid)
+    if grid[0] * grid[1] <= _DENSE * len(row) + 1024:
+        begin = np.zeros(grid[0] * grid[1] + 1, np.int64)
+        order = np.empty(len(row), np.int64)
+        _count_and_place(number, begin, order)
+        occupied = np.flatnonzero(begin[1:] > begin[:-1])
+        start = np.append(begin[occupied], len(row))
+        low, high = _runs(occupied % grid[0], occupied // grid[0], grid, level, begin, None)
+    else:
+        order = np.argsort(number, kind="stable")
+        occupied, first = np.unique(number[order], return_index=True)
+        start = np.append(first, len(row))
+        low, high = _runs(occupied % grid[0], occupied // grid[0], grid, level, start, occupied)
+    shift_x, shift_y = shift[order].T.copy()
+    x, y = positions[row[order]].T.copy()
+    return SortedCells(
+        core_radius=core_radius,
+        level=level,
+        side=side,
+        origin=(float(lowest[0]), float(lowest[1])),
+        grid=grid,
+        row=row[order],
+        image=order >= len(positions),
+        x=x,
+        y=y,
+        shift_x=shift_x,
+        shift_y=shift_y,
+        number=occupied,
+        start=start,
+        low=low,
+        high=high,
+    )
+
+
+def _with_images(
+    positions: np.ndarray, core_radius: float, domain: Domain
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and shifts of the agents, then of their images within a core radius outside."""
+    row = np.arange(len(positions))
+    shift = np.zeros((len(positions), 2))
+    for axis, period in enumerate(domain.periods):
+        if domain.kinds[axis] != PERIODIC:
+            continue
+        along = positions[row, axis]
+        beyond = np.flatnonzero(along <= domain.lower[axis] + core_radius)
+        before = np.flatnonzero(along >= domain.upper[axis] - core_radius)
+        step = np.zeros((len(beyond) + len(before), 2))
+        step[: len(beyond), axis] = period
+        step[len(beyond) :, axis] = -period
+        copied = np.concatenate([beyond, before])
+        shift = np.concatenate([shift, shift[copied] + step])
+        row = np.concatenate([row, row[copied]])
+    return row, shift
+
+
+def _grid(extent: np.ndarray, core_radius: float, level: int) -> tuple[float, tuple[int, int]]:
+    """Side of a sub-domain, and how many fit along x and y."""
+    # Numbering a sub-domain rounds; the margin keeps an agent just inside the core radius
+    # from being numbered one sub-domain too far.
+    widest = float(extent.max()) / core_radius * 2**level
+    side = core_radius / 2**level * (1.0 + max(1e-9, 8.0 * np.finfo(float).eps * widest))
+    side = max(side, float(extent.max()) / (_LONGEST - 1))
+    return side, tuple(int(length / side) + 1 for length in extent)
+
+
+def _numbers(where: np.ndarray, lowest: np.ndarray, side: float, grid: tuple) -> np.ndarray:
+    """Number of the sub-domain that each position is in."""
+    place = ((where - lowest) / side).astype(np.int64)
+    np.minimum(place, np.array(grid) - 1, out=place)
+    return place[:, 1] * grid[0] + place[:, 0]
+
+
+@compiled
+def _count_and_place(number, begin, order):
+    """A stable counting sort: sub-domain k holds order[begin[k]:begin[k + 1]]."""
+    for k in range(number.size):
+        begin[number[k] + 1] += 1
+    for k in range(1, begin.size):
+        begin[k] += begin[k - 1]
+    place = begin.copy()
+    for k in range(number.size):
+        order[place[number[k]]] = k
+        place[number[k]] += 1
+
+
+def _runs(
+    east: np.ndarray,
+    north: np.ndarray,
+    grid: tuple[int, int],
+    level: int,
+    begin: np.ndarray,
+    known: np.ndarray | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Begin and end of the run of agents in each row of the square around sub-domains.
+
+    The sub-domains, by column and line, may lie outside the grid.  ``begin`` is indexed by
+    sub-domain number, or, where those are too many, by the place of the number in the
+    sorted array ``known``.
+    """
+    reach = 2**level
+    west_end, east_end = np.maximum(east - reach, 0), np.minimum(east + reach, grid[0] - 1)
+    rows = north[:, None] + np.arange(-reach, reach + 1)
+    inside = (rows >= 0) & (rows < grid[1]) & (west_end <= east_end)[:, None]
+    first = np.where(inside, rows * grid[0] + west_end[:, None], 0)
+    last = np.where(inside, rows * grid[0] + east_end[:, None] + 1, 0)
+    if known is not None:
+        first, last = np.searchsorted(known, first), np.searchsorted(known, last)
+    return begin[first], begin[last]

@@ -1,0 +1,48 @@
+"""How the core radius follows the agents (paper 2.4.4)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from apmethod.model import ParticleModel
+
+
+class FollowDensity:
+    """One core radius for all agents that grows as the cloud thins out.
+
+    With u the density that agents last received and u0 the first one,
+
+        R(t) = R(0) sqrt(mean(u0) / mean(u)),   mean(u) = sum m u / sum m,
+
+    which keeps the number of neighbours of the typical agent.  A fixed radius runs out of
+    neighbours when a cloud spreads.
+    """
+
+    def __init__(self) -> None:
+        self._first: tuple[float, float] | None = None
+
+    def __repr__(self) -> str:
+        return "follows the mean density, to keep the number of neighbours"
+
+    def adapt(self, model: ParticleModel) -> None:
+        """Set the space's core radius from the density that was last delivered."""
+        if "density" not in model.particles:
+            raise ValueError("the core radius follows the density, but no term delivers one")
+        mass, density = model.particles.array("mass"), model.particles.array("density")
+        total = mass.sum()
+        mean = (mass * density).sum() / total if total else 0.0
+        if not (np.isfinite(mean) and mean > 0.0):
+            return  # nothing delivered yet
+        if self._first is None:
+            self._first = (model.space.core_radius, mean)
+        radius, first = self._first
+        model.space.core_radius = min(radius * np.sqrt(first / mean), _largest(model))
+
+
+def _largest(model: ParticleModel) -> float:
+    """Half of the shortest periodic side."""
+    periods = [period for period in model.space.domain.periods if period]
+    return 0.5 * min(periods, default=np.inf)

@@ -1,0 +1,147 @@
+"""Where agents may be: open, bounded or periodic, along each axis."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from apmethod.compile import inlined, plain
+
+OPEN, BOUNDED, PERIODIC = 0, 1, 2
+_BORDERS = {"open": OPEN, "bounded": BOUNDED, "periodic": PERIODIC}
+
+
+class Domain:
+    """A rectangle whose pairs of sides are each open, bounded or periodic.
+
+    Open: agents go where they like, and the lattice follows them.  Bounded: a
+    displacement that crosses the side is reflected at it.  Periodic: an agent that leaves
+    by one side enters by the other, and agents perceive each other across.
+
+    Args:
+        lower: smallest x and y, of length 2.
+        upper: largest x and y.
+        borders: "open", "bounded" or "periodic" for x and for y, or one for both.
+
+    Raises:
+        ValueError: for an unknown border, or limits that are not finite and in order.
+    """
+
+    def __init__(
+        self,
+        lower: Sequence[float] = (-np.inf, -np.inf),
+        upper: Sequence[float] = (np.inf, np.inf),
+        borders: str | tuple[str, str] = "open",
+    ):
+        names = (borders, borders) if isinstance(borders, str) else tuple(borders)
+        unknown = [name for name in names if name not in _BORDERS]
+        if unknown or len(names) != 2:
+            raise ValueError(f"borders is {borders!r}; each must be one of {', '.join(_BORDERS)}")
+        self.lower = np.array(lower, float)
+        self.upper = np.array(upper, float)
+        if self.lower.shape != (2,) or self.upper.shape != (2,):
+            raise ValueError(f"lower is {lower!r} and upper {upper!r}; each must be two numbers")
+        self.kinds = tuple(_BORDERS[name] for name in names)
+        for axis in range(2):
+            low, high = self.lower[axis], self.upper[axis]
+            closed = self.kinds[axis] != OPEN
+            if closed and not (np.isfinite([low, high]).all() and low < high):
+                raise ValueError(
+                    f"the {names[axis]} domain runs from {low} to {high} along {'xy'[axis]}; "
+                    "it must be from a finite number to a larger one"
+                )
+            if not closed:
+                self.lower[axis], self.upper[axis] = -np.inf, np.inf
+        self.borders = names
+
+    def __repr__(self) -> str:
+        if self.kinds == (OPEN, OPEN):
+            return "open domain"
+        return f"{' x '.join(self.borders)} domain {self.lower.tolist()} to {self.upper.tolist()}"
+
+    @property
+    def periods(self) -> tuple[float, float]:
+        """Length of each periodic axis, 0 for the others."""
+        return tuple(
+            float(high - low) if kind == PERIODIC else 0.0
+            for low, high, kind in zip(self.lower, self.upper, self.kinds, strict=True)
+        )
+
+    @property
+    def limits(self) -> tuple[tuple[float, float, int], tuple[float, float, int]]:
+        """(lower, upper, kind) along x and y, as compiled passes take them."""
+        return tuple(
+            (float(self.lower[axis]), float(self.upper[axis]), self.kinds[axis])
+            for axis in range(2)
+        )
+
+    def check_radius(self, core_radius: float) -> None:
+        """Refuse a core radius with which an agent would perceive another one twice."""
+        for axis, period in enumerate(self.periods):
+            if 0.0 < period < 2.0 * core_radius:
+                raise ValueError(
+                    f"the domain is {period:g} long along {'xy'[axis]} and the core radius is "
+                    f"{core_radius:g}; a periodic domain must be at least two core radii long "
+                    f"({2 * core_radius:g})"
+                )
+
+    def check_positions(self, positions: np.ndarray) -> None:
+        """Refuse positions, of shape (n, 2), outside a bounded or periodic side."""
+        outside = ((positions < self.lower) | (positions > self.upper)).any(axis=1)
+        if outside.any():
+            first = int(np.flatnonzero(outside)[0])
+            raise ValueError(
+                f"position is {positions[first].tolist()} (agent {first} of {len(positions)} "
+                f"given); it must be inside the {self!r}"
+            )
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Where a displacement to (x, y) ends: reflected or wrapped into the domain."""
+        along_x, along_y = self.limits
+        return plain(place_along)(x, *along_x), plain(place_along)(y, *along_y)
+
+    def displacement(self, here: Sequence[float], there: Sequence[float]) -> tuple[float, float]:
+        """here - there, the shortest way where the domain is periodic."""
+        period_x, period_y = self.periods
+        return (
+            plain(shortest)(here[0] - there[0], period_x),
+            plain(shortest)(here[1] - there[1], period_y),
+        )
+
+
+def Open() -> Domain:
+    """The whole plane."""
+    return Domain()
+
+
+def Bounded(lower: Sequence[float], upper: Sequence[float]) -> Domain:
+    """A rectangle with sides that reflect."""
+    return Domain(lower, upper, "bounded")
+
+
+def Periodic(lower: Sequence[float], upper: Sequence[float]) -> Domain:
+    """A rectangle whose opposite sides are one."""
+    return Domain(lower, upper, "periodic")
+
+
+@inlined
+def place_along(x, lower, upper, kind):
+    """One coordinate, reflected (bounded) or wrapped (periodic) into [lower, upper]."""
+    if kind == 0 or (lower <= x and x <= upper):
+        return x
+    length = upper - lower
+    if kind == 2:
+        inside = (x - lower) % length
+        return lower + inside if inside < length else lower
+    inside = (x - lower) % (2.0 * length)
+    return lower + min(inside, 2.0 * length - inside)
+
+
+@inlined
+def shortest(difference, period):
+    """A difference of two coordinates, the shorter way round a periodic axis."""
+    if period > 0.0:
+        if difference > 0.5 * period:
+            return difference - period
+        if difference < -0.5 * period:
+            return difference + period
+    return difference

@@ -1,0 +1,194 @@
+"""The quad-lattice: the space agent-particles live in (paper 2.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from apmethod.perceive.cells import SortedCells, sort_into_cells
+from apmethod.perceive.domain import Domain, Open
+from apmethod.perceive.pairs import neighbour_pairs
+
+if TYPE_CHECKING:
+    from apmethod.agent import AgentParticle
+    from apmethod.particles import Particles
+
+
+class QuadLattice:
+    """Cells as wide as the core radius, each split in 4^p sub-domains (paper Table 1 and 2).
+
+    It is the model's space as Mesa knows one.  Each time agents perceive, it takes down
+    where all of them are; until the next time every question is answered from that, so
+    that agents act on one and the same state whatever order they act in.
+
+    Args:
+        particles: the agents' table.
+        core_radius: distance up to which agents perceive each other (the support of the
+            smoothing kernel, not its smoothing length).
+        domain: open if not given.
+        level: p; 0 is the plain cell (algorithm A1), 1 the quad-lattice (A2).
+
+    Raises:
+        ValueError: for a core radius that is not finite and positive or too large for a
+            periodic domain, or a level outside 0 to 6.
+    """
+
+    def __init__(
+        self,
+        particles: Particles,
+        core_radius: float,
+        domain: Domain | None = None,
+        level: int = 1,
+    ):
+        self.particles = particles
+        self.domain = domain or Open()
+        if not isinstance(level, int) or not 0 <= level <= 6:
+            raise ValueError(f"level is {level!r}; it must be a whole number from 0 to 6")
+        self.level = level
+        self.core_radius = core_radius
+        self._cells: SortedCells | None = None
+        self._changes = -1
+        #: What agents have perceived in a way of their own, until they perceive again.
+        self.perceived: dict[AgentParticle, list[AgentParticle]] = {}
+        particles.checks["position"] = self.domain.check_positions
+
+    @property
+    def core_radius(self) -> float:
+        """Distance up to which agents perceive each other."""
+        return self._core_radius
+
+    @core_radius.setter
+    def core_radius(self, value: float) -> None:
+        if not (isinstance(value, int | float | np.number) and 0.0 < value < np.inf):
+            raise ValueError(f"core_radius is {value!r}; it must be a finite number above 0")
+        self.domain.check_radius(value)
+        self._core_radius = float(value)
+
+    # -- the state that all questions are answered from --------------------------------
+
+    def take_down(self) -> None:
+        """Sort the agents as they stand now into the sub-domains."""
+        self.perceived.clear()
+        self._potential: dict[int, list[tuple]] = {}
+        self._index: dict[int, int] | None = None
+        self._changes = self.particles.changes
+        self._cells = self.sorted(self.particles.array("position"))
+        self._place: list[list[float]] | None = None
+
+    def forget(self) -> None:
+        """Answer the next question from where the agents stand then."""
+        self.perceived.clear()
+        self._cells = None
+
+    def sorted(self, positions: np.ndarray) -> SortedCells:
+        """Any positions, of shape (n, 2), in this lattice's sub-domains."""
+        return sort_into_cells(positions, self.core_radius, self.level, self.domain)
+
+    @property
+    def cells(self) -> SortedCells:
+        """The agents in the order of their sub-domains."""
+        if self._cells is None or self._changes != self.particles.changes:
+            self.take_down()
+        return self._cells
+
+    def pairs(self) -> np.ndarray:
+        """All pairs of neighbours as rows i < j of the table, of shape (pairs, 2)."""
+        return neighbour_pairs(self.cells)
+
+    # -- one agent ---------------------------------------------------------------------
+
+    def place_of(self, agent: AgentParticle) -> list[float]:
+        """Where the agent stood when the agents last perceived."""
+        cells = self.cells
+        if self._place is None:
+            place = np.empty((len(self.particles), 2))
+            place[cells.row] = np.column_stack([cells.x, cells.y])
+            self._place = place.tolist()
+        return self._place[self.particles.row(agent)]
+
+    def displacement(self, agent: AgentParticle, other: AgentParticle) -> tuple[float, float]:
+        """x_i - x_j, the shorter way across periodic sides."""
+        return self.domain.displacement(self.place_of(agent), self.place_of(other))
+
+    def near(self, agent: AgentParticle, other: AgentParticle) -> bool:
+        """Whether two agents are closer than the core radius."""
+        dx, dy = self.displacement(agent, other)
+        return dx * dx + dy * dy < self.core_radius * self.core_radius
+
+    def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
+        """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2)."""
+        agents, me = self.particles._agents, self.particles.row(agent)
+        x, y = self.place_of(agent)
+        radius_2 = self.core_radius * self.core_radius
+        neighbours = []
+        for row, other_x, other_y, shift_x, shift_y in self.potential_neighbours(x, y):
+            dx, dy = (x - other_x) - shift_x, (y - other_y) - shift_y
+            if dx * dx + dy * dy < radius_2 and row != me:
+                neighbours.append(agents[row])
+        return neighbours
+
+    def potential_neighbours(self, x: float, y: float) -> list[tuple]:
+        """LpN of the sub-domain around (x, y), made once and shared by all agents in it.
+
+        Returns:
+            (row, x, y, shift_x, shift_y) of each agent in the sub-domains that Table 1 of
+            the paper names; the shift is that of an image across a periodic side.
+        """
+        cells = self.cells
+        column = min(int((x - cells.origin[0]) / cells.side), cells.grid[0] - 1)
+        line = min(int((y - cells.origin[1]) / cells.side), cells.grid[1] - 1)
+        number = line * cells.grid[0] + column
+        if number not in self._potential:
+            self._potential[number] = self._gather_potential(number)
+        return self._potential[number]
+
+    def _gather_potential(self, number: int) -> list[tuple]:
+        cells = self.cells
+        if self._index is None:
+            self._index = {n: place for place, n in enumerate(cells.number.tolist())}
+        place = self._index[number]
+        runs = [
+            np.arange(low, high)
+            for low, high in zip(cells.low[place], cells.high[place], strict=True)
+        ]
+        taken = np.concatenate(runs)
+        columns = (cells.row, cells.x, cells.y, cells.shift_x, cells.shift_y)
+        return list(zip(*(column[taken].tolist() for column in columns), strict=True))
+
+    # -- what Mesa's own spaces answer -------------------------------------------------
+
+    @property
+    def torus(self) -> bool:
+        """Whether every side is periodic."""
+        return all(self.domain.periods)
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, x_max, y_min, y_max of the domain, or of the agents where it is open."""
+        positions = self.particles.array("position")
+        if len(positions):
+            low, high = positions.min(axis=0), positions.max(axis=0)
+        else:
+            low, high = np.zeros(2), np.ones(2)
+        low = np.where(np.isfinite(self.domain.lower), self.domain.lower, low)
+        high = np.where(np.isfinite(self.domain.upper), self.domain.upper, high)
+        return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+    def out_of_bounds(self, position: Sequence[float]) -> bool:
+        """Whether a position is outside the domain."""
+        return bool(((position < self.domain.lower) | (position > self.domain.upper)).any())
+
+    def get_distance(self, here: Sequence[float], there: Sequence[float]) -> float:
+        """Distance of two positions, the shorter way across periodic sides."""
+        return float(np.hypot(*self.domain.displacement(here, there)))
+
+    def get_neighbors(self, position: Sequence[float], radius: float) -> list[AgentParticle]:
+        """The agents at most ``radius`` from a position; any radius, by trying all agents."""
+        apart = np.asarray(position, float) - self.particles.array("position")
+        for axis, period in enumerate(self.domain.periods):
+            if period:
+                apart[:, axis] -= period * np.round(apart[:, axis] / period)
+        agents = self.particles.agents
+        return [agents[row] for row in np.flatnonzero(np.hypot(*apart.T) <= radius)]

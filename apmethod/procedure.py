@@ -1,0 +1,187 @@
+"""The procedure: which of the paper's steps a scene runs, how, and what it skips.
+
+For each class of agents and each step the procedure decides once whether compiled code
+does it or the agents' own methods.  Mixed scenes keep the promise of one contribution a
+pair: pairs of two compiled agents are summed compiled, and every pair with an agent that
+runs its own perceive or contribute is computed by that agent, in Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from apmethod.agent import AgentParticle
+from apmethod.move.integrate import Stage
+from apmethod.perceive.cells import SortedCells
+
+if TYPE_CHECKING:
+    from apmethod.model import ParticleModel
+
+PHASES = ("perceive", "contribute", "message", "move")
+
+#: A class that overrides one of these methods runs the step in Python.
+_METHODS = {
+    "pairs": ("perceive", "contribute", "perceives"),
+    "message": ("perceive", "contribute", "perceives", "message"),
+    "move": ("predict", "move", "dynamics"),
+}
+
+
+class Procedure:
+    """Runs the four steps for all agents of a model.
+
+    Args:
+        model: the model.
+        tier: "compiled", or "agents" to run every agent's own methods.
+
+    Raises:
+        ValueError: for an unknown tier.
+    """
+
+    def __init__(self, model: ParticleModel, tier: str):
+        if tier not in ("compiled", "agents"):
+            raise ValueError(f"tier is {tier!r}; it must be 'compiled' or 'agents'")
+        self.model = model
+        self.tier = tier
+        #: Seconds spent in each phase since the model was made.
+        self.seconds = dict.fromkeys(PHASES, 0.0)
+        self._split_cells: SortedCells | None = None
+
+    # -- who runs what -----------------------------------------------------------------
+
+    def overrides(self, cls: type, step: str) -> list[str]:
+        """Methods by which ``cls`` takes a step ("pairs", "message" or "move") in its own hands."""
+        return [
+            name
+            for name in _METHODS[step]
+            if getattr(cls, name) is not getattr(AgentParticle, name)
+        ]
+
+    def in_python(self, cls: type, step: str) -> bool:
+        """Whether agents of ``cls`` run a step ("pairs", "message" or "move") themselves."""
+        return self.tier == "agents" or bool(self.overrides(cls, step))
+
+    def _divided(self, step: str) -> tuple[list[AgentParticle], np.ndarray]:
+        """The agents that run a step in Python, and the rows of all others."""
+        particles = self.model.particles
+        own = [cls for cls in particles.classes if self.in_python(cls, step)]
+        if not own:
+            return [], np.arange(len(particles))
+        rows = particles.rows_of(*own)
+        others = np.setdiff1d(np.arange(len(particles)), rows, assume_unique=True)
+        return [particles._agents[row] for row in rows], others
+
+    # -- the four steps ----------------------------------------------------------------
+
+    def perceive(self) -> None:
+        """Take down where everybody is; agents with eyes of their own look around."""
+        with self._timed("perceive"):
+            space = self.model.space
+            space.take_down()
+            self._agents, self._rows = self._divided("pairs")
+            self._split_cells = None
+            if self._agents and len(self._rows):
+                positions = self.model.particles.array("position")[self._rows]
+                self._split_cells = space.sorted(positions)
+            for agent in self._agents:
+                agent.perceive()
+
+    def contribute(self, number: int) -> None:
+        """Compute every pair of round ``number`` once."""
+        with self._timed("contribute"):
+            bus = self.model.bus
+            bus.open(number)
+            if not self._agents:
+                bus.contribute_all(self.model.space.cells)
+            elif self._split_cells is not None:
+                bus.contribute_all(self._split_cells, self._rows)
+            for agent in self._agents:
+                agent.contribute()
+            if self._split_cells is not None:
+                self._contribute_one_sided()
+
+    def _contribute_one_sided(self) -> None:
+        """What compiled agents see of agents that did not compute the pair for them."""
+        bus, space = self.model.bus, self.model.space
+        in_python = set(self._agents)
+        for agent in self._agents:
+            for other in space.neighbours_of(agent):
+                if other in in_python or bus.received(other, sender=agent):
+                    continue
+                theirs, mine = bus.exchange(other, agent)
+                bus.post(agent, other, theirs)
+                if agent.perceives(other):
+                    bus.post(other, agent, mine)
+
+    def message(self) -> None:
+        """Deliver the round's sums to the agents."""
+        with self._timed("message"):
+            agents, rows = self._divided("message")
+            self.model.bus.deliver_all(rows if agents else None)
+            for agent in agents:
+                agent.message()
+            self.model.bus.close()
+
+    def advance(self, stage: Stage) -> None:
+        """Send the agents to the stage's trial places, or move them for good."""
+        with self._timed("move"):
+            agents, rows = self._divided("move")
+            if len(rows):
+                self.model.motion.advance_all(rows)
+            for agent in agents:
+                if agent._row is None:
+                    continue  # another agent has removed it in this very phase
+                if stage.moves:
+                    agent.move()
+                else:
+                    agent.predict()
+
+    @contextmanager
+    def _timed(self, phase: str) -> Iterator[None]:
+        began = perf_counter()
+        yield
+        self.seconds[phase] += perf_counter() - began
+
+    # -- in words ----------------------------------------------------------------------
+
+    def explain(self) -> list[tuple[str, str]]:
+        """(step, what the scene does in it and why) for each step, run or skipped."""
+        model = self.model
+        lattice = f"sort {len(model.particles)} agents into sub-domains of {model.space.domain!r}"
+        rows = [
+            ("core radius", model.core_radius_rule()),
+            ("perceive", f"{lattice}, core radius {model.space.core_radius:.4g}, "
+                         f"level p = {model.space.level}{self._who('pairs')}"),
+        ]  # fmt: skip
+        for number, terms in enumerate(model.bus.rounds, 1):
+            names = ", ".join(f"{term.name} ({term.parity})" for term in terms)
+            rows.append((f"contribute {number}", f"gathered: {names}, kernel "
+                         f"{model.kernel.name}{self._who('pairs')}"))  # fmt: skip
+            rows.append((f"message {number}", f"sums to columns{self._who('message')}"))
+        if not model.bus.rounds:
+            rows[1:] = [("perceive", "skipped: no law or agent class exchanges a term")]
+            rows.append(("contribute", "skipped: there is no term"))
+            rows.append(("message", "skipped: there is no term"))
+        laws = ", ".join(map(repr, model.motion.laws)) or "no law"
+        integrator = model.motion.integrator
+        rows.append(("move", f"{integrator.name} (order {integrator.order}, "
+                     f"{len(model.motion.stages())} stages): {laws}{self._who('move')}"))  # fmt: skip
+        skipped = [
+            ("obstacles", "skipped: the scene names none"),
+            ("signal", "skipped: the scene names none"),
+            ("remeshing", "skipped: the scene names none"),
+        ]
+        return rows + skipped
+
+    def _who(self, step: str) -> str:
+        classes = self.model.particles.classes
+        if self.tier == "agents":
+            return "; in Python, agent by agent (tier 'agents')"
+        own = [f"{c.__name__} overrides {', '.join(self.overrides(c, step))}"
+               for c in classes if self.overrides(c, step)]  # fmt: skip
+        return f"; in Python for {'; '.join(own)}" if own else "; compiled"
