@@ -125,6 +125,39 @@ def _wendland_c4_slope(q_2):
 # -- Gaussians, cut at q = k with value and slope going to zero there ---------------------
 
 
+_BELL_END = 20.0  # beyond it nothing here asks for exp(-q^2)
+_BELL_HALF = _BELL_END / 64.0
+
+
+@inlined
+def bell(q_2):
+    """exp(-q^2) for q^2 from 0 to 20, to 1e-14, by multiplications that vectorise.
+
+    exp(-s) = exp(-s/32)^32, with the Taylor series of exp(-s/32) around the middle.
+    """
+    t = _BELL_HALF - min(q_2, _BELL_END) / 32.0
+    e = 1.0 + t * (1.0 / 12.0)
+    e = 1.0 + t * (1.0 / 11.0) * e
+    e = 1.0 + t * (1.0 / 10.0) * e
+    e = 1.0 + t * (1.0 / 9.0) * e
+    e = 1.0 + t * (1.0 / 8.0) * e
+    e = 1.0 + t * (1.0 / 7.0) * e
+    e = 1.0 + t * (1.0 / 6.0) * e
+    e = 1.0 + t * (1.0 / 5.0) * e
+    e = 1.0 + t * (1.0 / 4.0) * e
+    e = 1.0 + t * (1.0 / 3.0) * e
+    e = 1.0 + t * (1.0 / 2.0) * e
+    e = (1.0 + t * e) * _BELL_MIDDLE
+    e2 = e * e
+    e4 = e2 * e2
+    e8 = e4 * e4
+    e16 = e8 * e8
+    return e16 * e16
+
+
+_BELL_MIDDLE = float(np.exp(-_BELL_HALF))
+
+
 def _cut_gaussian(name: str, cut: float, a: float, b: float, order: int) -> Kernel:
     """(a + b q^2) g(q), g = exp(-q^2) - exp(-cut^2) (1 + cut^2 - q^2), normalised by a and b."""
     end = float(np.exp(-(cut**2)))
@@ -132,14 +165,14 @@ def _cut_gaussian(name: str, cut: float, a: float, b: float, order: int) -> Kern
 
     @inlined
     def shape(q_2):
-        g = np.exp(-q_2) - end * (1.0 + cut_2 - q_2)
+        g = bell(q_2) - end * (1.0 + cut_2 - q_2)
         return (a + b * q_2) * g
 
     @inlined
     def slope(q_2):
-        bell = np.exp(-q_2)
-        g = bell - end * (1.0 + cut_2 - q_2)
-        return 2.0 * b * g - 2.0 * (a + b * q_2) * (bell - end)
+        e = bell(q_2)
+        g = e - end * (1.0 + cut_2 - q_2)
+        return 2.0 * b * g - 2.0 * (a + b * q_2) * (e - end)
 
     return Kernel(name, cut, shape, slope, order)
 
@@ -169,12 +202,12 @@ def _gaussian_4() -> Kernel:
 
 @inlined
 def _gaussian_6_shape(q_2):
-    return (3.0 - 3.0 * q_2 + 0.5 * q_2 * q_2) * np.exp(-q_2) / pi
+    return (3.0 - 3.0 * q_2 + 0.5 * q_2 * q_2) * bell(q_2) / pi
 
 
 @inlined
 def _gaussian_6_slope(q_2):
-    return (8.0 * q_2 - q_2 * q_2 - 12.0) * np.exp(-q_2) / pi
+    return (8.0 * q_2 - q_2 * q_2 - 12.0) * bell(q_2) / pi
 
 
 #: Monaghan's cubic B-spline, the kernel of the paper's Figure 1.

@@ -1,0 +1,119 @@
+"""Scenes whose agents carry a field that diffuses and flows (paper 3.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from apmethod.agent import AgentParticle, DiffusingParticle
+from apmethod.contribute.reconstruct import reconstruct
+from apmethod.contribute.sample import sample
+from apmethod.contribute.smoothing import kernel_named
+from apmethod.model import ParticleModel
+from apmethod.move.diffusion import Diffusion
+from apmethod.move.law import Flow
+from apmethod.perceive.core_radius import FollowDensity
+from apmethod.perceive.domain import Domain
+
+#: Points along each side of the grid on which errors are taken.
+_GRID = 160
+
+
+class FieldModel(ParticleModel):
+    """Agents on a lattice that carry a field u, du/dt + div(V u) - D lap u = 0 (eq 3.3).
+
+    A scene derives from it and, where it knows the solution, defines ``exact``.
+
+    Args:
+        start: u(x, y) at time 0, on arrays.
+        box: (x_min, x_max, y_min, y_max) that the field stays in; errors are taken there.
+        particles: number of agents.
+        diffusivity: D, length^2/time.
+        flow: V(x, y, t) giving (x, y), or None.
+        form: diffusion form, "paper", "plain" or "blob".
+        kernel: smoothing kernel or its name.
+        spacings: smoothing length at the start, in spacings of the agents' lattice.
+        follow_density: whether the core radius grows as the field thins out.
+        integrator, dt, level, tier, domain, rng: see `ParticleModel`.
+        agent_class: class of the agents.
+    """
+
+    def __init__(
+        self,
+        start: Callable[[np.ndarray, np.ndarray], np.ndarray],
+        box: Sequence[float],
+        *,
+        particles: int = 4000,
+        diffusivity: float = 1e-3,
+        flow: Callable | None = None,
+        form: str = "blob",
+        kernel: str = "gaussian",
+        spacings: float = 1.7,
+        follow_density: bool = True,
+        integrator: str = "strang",
+        dt: float | None = None,
+        level: int = 1,
+        tier: str = "compiled",
+        domain: Domain | None = None,
+        rng: int | None = None,
+        agent_class: type[AgentParticle] = DiffusingParticle,
+    ):
+        if not 0.5 <= spacings <= 10.0:
+            raise ValueError(f"spacings is {spacings!r}; it must be between 0.5 and 10")
+        self.box = tuple(box)
+        self.spacings = spacings
+        x_min, x_max, y_min, y_max = self.box
+        # Each seed has a lattice of its own place, so that seeds show what it matters.
+        offset = np.random.default_rng(rng).random(2)
+        positions, masses, spacing = sample(
+            start, particles, (x_min, y_min), (x_max, y_max), offset=offset
+        )
+        chosen = kernel_named(kernel)
+        super().__init__(
+            agent_class,
+            core_radius=spacings * spacing * chosen.support,
+            domain=domain,
+            kernel=chosen,
+            laws=[Diffusion(diffusivity, form, chosen), *([Flow(flow)] if flow else [])],
+            integrator=integrator,
+            dt=dt,
+            radius_rule=FollowDensity() if follow_density else None,
+            level=level,
+            tier=tier,
+            rng=rng,
+        )
+        agent_class.create_agents(self, particles, position=positions, mass=masses)
+
+    def exact(self, x: np.ndarray, y: np.ndarray, time: float) -> np.ndarray | None:
+        """The solution at points and a time, or None where it is not known."""
+        return None
+
+    def field(self, points: np.ndarray) -> np.ndarray:
+        """u at ``points``, of shape (n, 2), from the agents as they stand."""
+        spacing = self.bus.smoothing_length / self.spacings
+        return reconstruct(
+            points,
+            self.particles.position,
+            self.particles.mass,
+            2.0 * spacing,
+            domain=self.space.domain,
+        )
+
+    def grid(self) -> tuple[np.ndarray, np.ndarray]:
+        """x and y of a regular grid over the box, each of shape (160, 160)."""
+        x_min, x_max, y_min, y_max = self.box
+        return np.meshgrid(np.linspace(x_min, x_max, _GRID), np.linspace(y_min, y_max, _GRID))
+
+    def errors(self) -> dict[str, float]:
+        """Relative L2 and L-infinity error on the grid; empty without an exact solution."""
+        x, y = self.grid()
+        exact = self.exact(x, y, self.elapsed)
+        if exact is None:
+            return {}
+        found = self.field(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+        off = found - exact
+        return {
+            "l2_error": float(np.sqrt((off**2).sum() / (exact**2).sum())),
+            "linf_error": float(np.abs(off).max() / np.abs(exact).max()),
+        }
