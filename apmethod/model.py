@@ -206,7 +206,7 @@ class ParticleModel(mesa.Model):
         try:
             yield
             self._check_finite()
-        except Exception as error:
+        except BaseException as error:  # Ctrl-C too: a step happens or it does not
             restored = self.particles.changes == changes
             if restored:
                 self.particles.restore(state)

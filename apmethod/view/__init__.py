@@ -1,0 +1,1 @@
+"""View: pictures, progress and the browser page."""

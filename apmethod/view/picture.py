@@ -1,0 +1,74 @@
+"""Pictures of a run, drawn by matplotlib without a screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from apmethod.run.runner import Run
+
+
+def draw_run(run: Run, title: str, path: Path) -> None:
+    """Draw start, end and, where it is known, the exact solution and the error."""
+    figure = Figure(layout="constrained")
+    FigureCanvasAgg(figure)
+    if hasattr(run.model, "field"):
+        _draw_field(figure, run)
+    else:
+        _draw_agents(figure, run)
+    model = run.model
+    figure.suptitle(f"{title}: {len(model.particles)} agents, {model.steps} steps")
+    figure.savefig(path, dpi=110)
+
+
+def _draw_field(figure: Figure, run: Run) -> None:
+    model = run.model
+    x, y = model.grid()
+    end = model.field(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+    exact, start = model.exact(x, y, model.elapsed), model.exact(x, y, 0.0)
+    panels = [("start", start), (f"end, t = {model.elapsed:.4g}", end), ("exact", exact)]
+    if exact is not None:
+        panels.append(("end - exact", end - exact))
+    panels = [(name, values) for name, values in panels if values is not None]
+    figure.set_size_inches(4.2 * len(panels), 4.2)
+    axes = figure.subplots(1, len(panels), squeeze=False)[0]
+    top = max(values.max() for name, values in panels if name in ("exact", panels[-2][0]))
+    for ax, (name, values) in zip(axes, panels, strict=True):
+        difference = name == "end - exact"
+        largest = np.abs(values).max() or 1.0
+        limits = (-largest, largest) if difference else (0.0, values.max() if name == "start" else top)
+        image = ax.imshow(
+            values,
+            origin="lower",
+            extent=model.box,
+            cmap="RdBu_r" if difference else "viridis",
+            vmin=limits[0],
+            vmax=limits[1],
+        )
+        if name.startswith("end,"):
+            draw_agents(ax, model.particles.position)
+        ax.set_title(name)
+        figure.colorbar(image, ax=ax, shrink=0.8)
+
+
+def _draw_agents(figure: Figure, run: Run) -> None:
+    figure.set_size_inches(9, 4.5)
+    axes = figure.subplots(1, 2, sharex=True, sharey=True)
+    position = run.model.particles.position
+    for ax, name, places in zip(axes, ("start", "end"), (run.start, position), strict=True):
+        draw_agents(ax, places)
+        ax.set_aspect("equal")
+        ax.set_title(name)
+
+
+def draw_agents(ax: Axes, positions: np.ndarray) -> None:
+    """Draw agents as dots that thin out as they become many."""
+    size = float(np.clip(4000.0 / max(len(positions), 1), 0.05, 8.0))
+    ax.scatter(*positions.T, s=size, c="black", alpha=0.35, linewidths=0)
