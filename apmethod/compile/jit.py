@@ -1,16 +1,19 @@
 """The two decorators of the compiled tier.
 
 ``inlined`` is for the small functions that a pass is made of: they are compiled into
-their callers and never on their own.  ``compiled`` is for the passes that Python calls:
-their machine code is kept on disk (see `apmethod.compile.cache`).
+their callers, and called from Python they stay Python, so that one agent's step runs the
+very same lines.  ``compiled`` is for the passes that Python calls: their machine code is
+kept on disk (see `apmethod.compile.cache`).
 
 Both let the compiler reorder and fuse sums, which is what makes them fast, and neither
 lets it assume that NaN and infinity do not happen: a NaN has to come out.
 """
 
 from collections.abc import Callable
+from weakref import WeakSet
 
 import numba
+from numba.extending import register_jitable
 
 from apmethod.compile.cache import ContentCache
 
@@ -24,14 +27,18 @@ _OPTIONS = {
 }
 
 
-def inlined(function: Callable) -> Callable:
-    """Compile ``function`` into whatever compiled function calls it.
+_known: WeakSet = WeakSet()
 
-    A function that is compiled already is returned as it is.
+
+def inlined(function: Callable) -> Callable:
+    """Let compiled functions call ``function``, which is compiled into them.
+
+    The function itself stays what it is: called from Python it runs in Python.
     """
-    if isinstance(function, numba.core.dispatcher.Dispatcher):
-        return function
-    return numba.njit(**_OPTIONS)(function)
+    if function not in _known:
+        register_jitable(**_OPTIONS)(function)
+        _known.add(function)
+    return function
 
 
 def compiled(function: Callable) -> Callable:
@@ -42,5 +49,5 @@ def compiled(function: Callable) -> Callable:
 
 
 def plain(function: Callable) -> Callable:
-    """The Python function behind a compiled one; any other function as it is."""
-    return getattr(function, "py_func", function)
+    """The Python function behind one that `compiled` made."""
+    return function.py_func

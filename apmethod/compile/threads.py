@@ -9,11 +9,6 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-#: Below this many items a pass is quicker than waking a second thread.
-_WORTH_A_THREAD = 2_000
-#: Blocks a thread: enough to even out a clustered scene.
-_BLOCKS_A_THREAD = 4
-
 _pool: ThreadPoolExecutor | None = None
 _threads: int | None = None
 
@@ -39,20 +34,21 @@ def set_threads(count: int) -> None:
     _threads, _pool = count, None
 
 
-def in_blocks(run: Callable, count: int, *arguments) -> None:
-    """Call ``run(first, last, *arguments)`` so that the blocks cover ``range(count)``."""
+def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> None:
+    """Call ``run(first, last, *arguments)`` so that the blocks cover ``range(count)``.
+
+    Below ``least`` items a block, a pass is over before another thread has woken up.
+    """
     global _pool
-    if threads() == 1 or count < _WORTH_A_THREAD:
+    blocks = min(threads(), count // least)
+    if blocks < 2:
         run(0, count, *arguments)
         return
     if _pool is None:
-        _pool = ThreadPoolExecutor(threads(), thread_name_prefix="apmethod")
-    blocks = threads() * _BLOCKS_A_THREAD
+        _pool = ThreadPoolExecutor(threads() - 1, thread_name_prefix="apmethod")
     edges = [count * block // blocks for block in range(blocks + 1)]
-    jobs = [
-        _pool.submit(run, first, last, *arguments)
-        for first, last in zip(edges[:-1], edges[1:], strict=True)
-    ]
+    jobs = [_pool.submit(run, edges[k], edges[k + 1], *arguments) for k in range(1, blocks)]
+    run(0, edges[1], *arguments)
     for job in jobs:
         job.result()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -10,8 +11,6 @@ from apmethod.compile import compiled, in_blocks, inlined
 from apmethod.contribute.smoothing import GAUSSIAN_6, Kernel
 from apmethod.perceive.cells import sort_into_cells
 from apmethod.perceive.domain import Domain, Open
-
-_passes: dict[Kernel, Callable] = {}
 
 
 def reconstruct(
@@ -56,15 +55,15 @@ def reconstruct(
         np.asarray(positions, float), kernel.support * smoothing_length, 1, domain or Open()
     )
     low, high = cells.around(points)
-    if kernel not in _passes:
-        _passes[kernel] = _compile_sum(kernel)
     in_blocks(
-        _passes[kernel], len(points), points, low, high, cells.x + cells.shift_x,
+        _compile_sum(kernel), len(points), points, low, high, cells.x + cells.shift_x,
         cells.y + cells.shift_y, np.asarray(masses, float)[cells.row], smoothing_length, values,
+        least=1000,
     )  # fmt: skip
     return values
 
 
+@cache
 def _compile_sum(kernel: Kernel) -> Callable:
     shape = inlined(kernel.shape)
     support_2 = kernel.support**2

@@ -15,11 +15,11 @@ field by O(h^4) instead of O(h^2); such kernels are negative somewhere.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 
-from apmethod.compile import inlined, plain
+from apmethod.compile import inlined
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class Kernel:
     def w(self, distance, smoothing_length: float) -> np.ndarray:
         """W(r, h), per area, at distances of any shape."""
         q_2 = (np.asarray(distance, float) / smoothing_length) ** 2
-        values = np.vectorize(plain(self.shape), otypes=[float])(q_2)
+        values = np.vectorize(self.shape, otypes=[float])(q_2)
         return np.where(q_2 < self.support**2, values, 0.0) / smoothing_length**2
 
     def dw(self, distance, smoothing_length: float) -> np.ndarray:
         """dW/dr, per volume, at distances of any shape."""
         q_2 = (np.asarray(distance, float) / smoothing_length) ** 2
-        values = np.vectorize(plain(self.slope), otypes=[float])(q_2) * np.sqrt(q_2)
+        values = np.vectorize(self.slope, otypes=[float])(q_2) * np.sqrt(q_2)
         return np.where(q_2 < self.support**2, values, 0.0) / smoothing_length**3
 
     @cached_property
@@ -60,7 +60,7 @@ class Kernel:
         q, width = np.linspace(0.0, self.support, 801, retstep=True)
         weight = np.full(q.size, width)
         weight[[0, -1]] /= 2.0
-        profile = 2.0 * pi * q * weight * np.vectorize(plain(self.shape), otypes=[float])(q**2)
+        profile = 2.0 * pi * q * weight * np.vectorize(self.shape, otypes=[float])(q**2)
         k = np.linspace(0.0, 12.0, 481)
         return k, j0(np.outer(k, q)) @ profile
 
@@ -75,49 +75,49 @@ _SMALL = 1e-150  # keeps 0/0 out of slope at q = 0, where the numerator vanishes
 
 
 def _cubic(q_2):
-    q = np.sqrt(q_2)
+    q = sqrt(q_2)
     two, one = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
     return 10.0 / (7.0 * pi) * (0.25 * two**3 - one**3)
 
 
 def _cubic_slope(q_2):
-    q = np.sqrt(q_2)
+    q = sqrt(q_2)
     two, one = max(2.0 - q, 0.0), max(1.0 - q, 0.0)
     return 10.0 / (7.0 * pi) * (3.0 * one**2 - 0.75 * two**2) / max(q, _SMALL)
 
 
 def _quintic(q_2):
-    q = np.sqrt(q_2)
+    q = sqrt(q_2)
     three, two, one = max(3.0 - q, 0.0), max(2.0 - q, 0.0), max(1.0 - q, 0.0)
     return 7.0 / (478.0 * pi) * (three**5 - 6.0 * two**5 + 15.0 * one**5)
 
 
 def _quintic_slope(q_2):
-    q = np.sqrt(q_2)
+    q = sqrt(q_2)
     three, two, one = max(3.0 - q, 0.0), max(2.0 - q, 0.0), max(1.0 - q, 0.0)
     steep = -5.0 * three**4 + 30.0 * two**4 - 75.0 * one**4
     return 7.0 / (478.0 * pi) * steep / max(q, _SMALL)
 
 
 def _wendland_c2(q_2):
-    q = np.sqrt(q_2)
+    q = sqrt(q_2)
     inside = max(1.0 - 0.5 * q, 0.0)
     return 7.0 / (4.0 * pi) * inside**4 * (1.0 + 2.0 * q)
 
 
 def _wendland_c2_slope(q_2):
-    inside = max(1.0 - 0.5 * np.sqrt(q_2), 0.0)
+    inside = max(1.0 - 0.5 * sqrt(q_2), 0.0)
     return -35.0 / (4.0 * pi) * inside**3
 
 
 def _wendland_c4(q_2):
-    q = np.sqrt(q_2)
+    q = sqrt(q_2)
     inside = max(1.0 - 0.5 * q, 0.0)
     return 9.0 / (4.0 * pi) * inside**6 * (1.0 + 3.0 * q + 35.0 / 12.0 * q_2)
 
 
 def _wendland_c4_slope(q_2):
-    q = np.sqrt(q_2)
+    q = sqrt(q_2)
     inside = max(1.0 - 0.5 * q, 0.0)
     return -9.0 / (4.0 * pi) * inside**5 * (14.0 / 3.0 + 35.0 / 3.0 * q)
 

@@ -16,9 +16,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
+from functools import cache
+from math import sqrt
 from typing import Any, NamedTuple
 
-from apmethod.compile import inlined, namespace, plain
+from apmethod.compile import inlined, namespace
 from apmethod.contribute.smoothing import Kernel
 from apmethod.particles import Column
 
@@ -40,31 +42,21 @@ class Pair(NamedTuple):
         return Pair(-self.x, -self.y, self.distance, self.w, -self.grad_x, -self.grad_y)
 
 
-def pair_maker(kernel: Kernel) -> Callable:
-    """A compiled ``pair(dx, dy, h)`` that evaluates the kernel once for all terms."""
-    from numpy import sqrt
-
+@cache
+def pair_maker(kernel: Kernel) -> Callable[[float, float, float], Pair]:
+    """``pair(dx, dy, h)`` of one kernel, in Python and in compiled passes."""
     shape, slope = inlined(kernel.shape), inlined(kernel.slope)
 
     @inlined
     def pair(dx, dy, h):
         distance_2 = dx * dx + dy * dy
-        h_2 = h * h
-        q_2 = distance_2 / h_2
-        w = shape(q_2) / h_2
-        dw = slope(q_2) / (h_2 * h_2)
+        per_area = 1.0 / (h * h)  # the same for all pairs, so a compiled loop divides once
+        q_2 = distance_2 * per_area
+        w = shape(q_2) * per_area
+        dw = slope(q_2) * (per_area * per_area)
         return Pair(dx, dy, sqrt(distance_2), w, dw * dx, dw * dy)
 
     return pair
-
-
-def plain_pair(kernel: Kernel, dx: float, dy: float, h: float) -> Pair:
-    """`pair_maker` for one pair, in Python."""
-    distance_2 = dx * dx + dy * dy
-    h_2 = h * h
-    w = float(plain(kernel.shape)(distance_2 / h_2)) / h_2
-    dw = float(plain(kernel.slope)(distance_2 / h_2)) / (h_2 * h_2)
-    return Pair(dx, dy, distance_2**0.5, w, dw * dx, dw * dy)
 
 
 class Term(Column):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.contribute.smoothing import Kernel
-from apmethod.contribute.terms import Term, plain_pair
+from apmethod.contribute.terms import Term, pair_maker
 from apmethod.message.gather import GatherPass
 from apmethod.particles import Particles
 from apmethod.perceive.cells import SortedCells
@@ -47,6 +47,7 @@ class MessageBus:
         self.particles = particles
         self.space = space
         self.kernel = kernel
+        self._pair = pair_maker(kernel)
         self.rounds = _rounds(terms)
         for term in terms:
             particles.declare(term.name, term)
@@ -94,7 +95,7 @@ class MessageBus:
     def exchange(self, agent: AgentParticle, other: AgentParticle) -> tuple[Message, Message]:
         """Compute a pair once: what ``agent`` gets from ``other``, and the other's half."""
         dx, dy = self.space.displacement(agent, other)
-        pair = plain_pair(self.kernel, dx, dy, self.smoothing_length)
+        pair = self._pair(dx, dy, self.smoothing_length)
         mine: list[float] = []
         theirs: list[float] = []
         for term in self.terms:
@@ -109,7 +110,7 @@ class MessageBus:
 
     def own(self, agent: AgentParticle) -> Message:
         """What ``agent`` gives itself, for the terms that count it in."""
-        pair = plain_pair(self.kernel, 0.0, 0.0, self.smoothing_length)
+        pair = self._pair(0.0, 0.0, self.smoothing_length)
         message: list[float] = []
         for term in self.terms:
             if term.own:

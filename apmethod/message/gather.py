@@ -8,6 +8,7 @@ same bits however the agents are cut into blocks for threads.
 """
 
 from collections.abc import Callable, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -38,14 +39,7 @@ class GatherPass:
         self.reads = {name: particles.columns[name].components for name in names}
         self.width = sum(term.components or 1 for term in self.terms)
         self._rows = sum(components or 1 for components in self.reads.values())
-        self._run = _compile_gather(
-            pair_maker(kernel),
-            table_reader(list(self.reads.items())),
-            evaluator(self.terms),
-            evaluator([term for term in self.terms if term.own], among=self.terms),
-            self.width,
-            periodic,
-        )
+        self._run = _compile_gather(self.terms, kernel, tuple(self.reads.items()), periodic)
 
     def __call__(self, cells: SortedCells, sums: np.ndarray, rows: np.ndarray | None) -> None:
         """Write each agent's sums to its row of ``sums``, of shape (agents, width).
@@ -63,7 +57,7 @@ class GatherPass:
         in_blocks(
             self._run, len(cells.number), cells.start, cells.low, cells.high, where, cells.image,
             cells.x, cells.y, cells.shift_x, cells.shift_y, table, cells.longest,
-            cells.core_radius, cells.core_radius / self.kernel.support, sums,
+            cells.core_radius, cells.core_radius / self.kernel.support, sums, least=200,
         )  # fmt: skip
 
 
@@ -92,14 +86,18 @@ def _adder(width: int) -> tuple[Callable, tuple[float, ...]]:
     return inlined(eval(f"lambda total, value, near: ({parts},)")), (0.0,) * width
 
 
+@cache
 def _compile_gather(
-    make_pair: Callable,
-    read: Callable,
-    evaluate: Callable,
-    evaluate_own: Callable,
-    width: int,
+    terms: tuple[Term, ...],
+    kernel: Kernel,
+    reads: tuple[tuple[str, int | None], ...],
     periodic: bool,
 ) -> Callable:
+    make_pair = pair_maker(kernel)
+    read = table_reader(reads)
+    evaluate = evaluator(terms)
+    evaluate_own = evaluator([term for term in terms if term.own], among=terms)
+    width = sum(term.components or 1 for term in terms)
     add, zero = _adder(width)
 
     @compiled

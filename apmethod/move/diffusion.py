@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
@@ -34,7 +35,7 @@ from apmethod.move.law import Law
 
 @inlined
 def _limited(x, y, largest):
-    size = np.sqrt(x * x + y * y)
+    size = sqrt(x * x + y * y)
     if size > largest:
         return x * (largest / size), y * (largest / size)
     return x, y

@@ -8,7 +8,7 @@ all of them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -65,7 +65,7 @@ class Law:
     def of(self, agent: Any, time: float, smoothing_length: float) -> np.ndarray:
         """The law on one agent, in Python: an array of shape (2,)."""
         p = self._names(time, smoothing_length, *self.parameters.values())
-        return np.array(plain(self.formula)(agent, p), float)
+        return np.array(self.formula(agent, p), float)
 
     def add_to(
         self,
@@ -78,31 +78,31 @@ class Law:
         """Add the law's value for the agents in ``rows`` to those rows of ``total``, (n, 2)."""
         columns = tuple(particles.array(name) for name in self.reads) or (total,)
         p = np.array([time, smoothing_length, *self.parameters.values()])
-        in_blocks(self._pass(particles), len(rows), rows, columns, p, total)
-
-    def _pass(self, particles: Particles) -> Callable:
         widths = tuple((name, particles.columns[name].components) for name in self.reads)
-        if getattr(self, "_compiled_for", None) != widths:
-            self._compiled_for, self._compiled = widths, self._compile(widths)
-        return self._compiled
+        run = _compile_law(self.formula, widths, self._names._fields)
+        in_blocks(run, len(rows), rows, columns, p, total)
 
-    def _compile(self, widths: Sequence[tuple[str, int | None]]) -> Callable:
-        read = column_reader(widths)
-        formula = inlined(self.formula)
-        names = self._names
-        fields = ", ".join(f"p[{k}]" for k in range(len(names._fields)))
-        unpack = inlined(eval(f"lambda p: names({fields})", {"names": names}))
 
-        @compiled
-        def add_law(first, last, rows, columns, p, total):
-            parameters = unpack(p)
-            for k in range(first, last):
-                row = rows[k]
-                x, y = formula(read(columns, row), parameters)
-                total[row, 0] += x
-                total[row, 1] += y
+@cache
+def _compile_law(
+    formula: Callable, reads: tuple[tuple[str, int | None], ...], parameters: tuple[str, ...]
+) -> Callable:
+    read = column_reader(reads)
+    inlined(formula)
+    names = namespace("Parameters", parameters)
+    fields = ", ".join(f"p[{k}]" for k in range(len(parameters)))
+    unpack = inlined(eval(f"lambda p: names({fields})", {"names": names}))
 
-        return add_law
+    @compiled
+    def add_law(first, last, rows, columns, p, total):
+        now = unpack(p)
+        for k in range(first, last):
+            row = rows[k]
+            x, y = formula(read(columns, row), now)
+            total[row, 0] += x
+            total[row, 1] += y
+
+    return add_law
 
 
 class Flow(Law):
@@ -116,26 +116,17 @@ class Flow(Law):
     def __init__(self, field: Callable, name: str = "flow"):
         self.field = inlined(field)
         try:
-            value = tuple(float(part) for part in plain(field)(0.5, 0.25, 0.0))
+            value = tuple(float(part) for part in field(0.5, 0.25, 0.0))
         except TypeError as error:
             raise ValueError(f"flow {field!r} is not V(x, y, t) giving (x, y): {error}") from None
         if len(value) != 2:
             raise ValueError(f"flow {field!r} gives {len(value)} numbers; it must give (x, y)")
-        there = self.field
-
-        def formula(agent, p):
-            return there(agent.position[0], agent.position[1], p.time)
-
-        super().__init__(name, formula, reads=("position",))
-        self._turning: Callable | None = None
-        self._carrying: Callable | None = None
+        super().__init__(name, _at_position(self.field), reads=("position",))
 
     def turning(self, positions: np.ndarray, time: float) -> float:
         """How fast the flow turns or stretches: the largest |grad V| at ``positions``, 1/time."""
-        if self._turning is None:
-            self._turning = _compile_turning(self.field)
         extent = float(np.ptp(positions, axis=0).max()) if len(positions) else 0.0
-        return self._turning(positions, 1e-4 * extent or 1e-4, time)
+        return _compile_turning(self.field)(positions, 1e-4 * extent or 1e-4, time)
 
     def carry(
         self,
@@ -153,15 +144,22 @@ class Flow(Law):
         Classical Runge-Kutta, in as many steps as keep the turn of each below 0.05.
         """
         steps = max(1, int(np.ceil(abs(span) * turning / 0.05)))
+        run = _compile_carry(self.field)
         if in_python:
-            run = _carrier(plain(self.field))
-            run(0, len(rows), rows, places, time, span, steps, arrived)
-            return
-        if self._carrying is None:
-            self._carrying = compiled(_carrier(self.field))
-        in_blocks(self._carrying, len(rows), rows, places, time, span, steps, arrived)
+            plain(run)(0, len(rows), rows, places, time, span, steps, arrived)
+        else:
+            in_blocks(run, len(rows), rows, places, time, span, steps, arrived)
 
 
+@cache
+def _at_position(field: Callable) -> Callable:
+    def formula(agent, p):
+        return field(agent.position[0], agent.position[1], p.time)
+
+    return formula
+
+
+@cache
 def _compile_turning(field: Callable) -> Callable:
     @compiled
     def turning(positions, step, time):
@@ -179,7 +177,9 @@ def _compile_turning(field: Callable) -> Callable:
     return turning
 
 
-def _carrier(field: Callable) -> Callable:
+@cache
+def _compile_carry(field: Callable) -> Callable:
+    @compiled
     def carry(first, last, rows, places, time, span, steps, arrived):
         dt = span / steps
         for k in range(first, last):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from apmethod.compile import inlined, plain
+from apmethod.compile import inlined
 
 OPEN, BOUNDED, PERIODIC = 0, 1, 2
 _BORDERS = {"open": OPEN, "bounded": BOUNDED, "periodic": PERIODIC}
@@ -97,14 +97,14 @@ class Domain:
     def place(self, x: float, y: float) -> tuple[float, float]:
         """Where a displacement to (x, y) ends: reflected or wrapped into the domain."""
         along_x, along_y = self.limits
-        return plain(place_along)(x, *along_x), plain(place_along)(y, *along_y)
+        return place_along(x, *along_x), place_along(y, *along_y)
 
     def displacement(self, here: Sequence[float], there: Sequence[float]) -> tuple[float, float]:
         """here - there, the shortest way where the domain is periodic."""
         period_x, period_y = self.periods
         return (
-            plain(shortest)(here[0] - there[0], period_x),
-            plain(shortest)(here[1] - there[1], period_y),
+            shortest(here[0] - there[0], period_x),
+            shortest(here[1] - there[1], period_y),
         )
 
 

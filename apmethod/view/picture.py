@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def draw_run(run: Run, title: str, path: Path) -> None:
     """Draw start, end and, where it is known, the exact solution and the error."""
-    figure = Figure(layout="constrained")
+    figure = Figure()  # placed by hand: a layout engine draws everything twice
     FigureCanvasAgg(figure)
     if hasattr(run.model, "field"):
         _draw_field(figure, run)
@@ -37,7 +37,8 @@ def _draw_field(figure: Figure, run: Run) -> None:
     if exact is not None:
         panels.append(("end - exact", end - exact))
     panels = [(name, values) for name, values in panels if values is not None]
-    figure.set_size_inches(4.2 * len(panels), 4.2)
+    figure.set_size_inches(4.2 * len(panels), 4.0)
+    figure.subplots_adjust(left=0.03, right=0.98, bottom=0.08, top=0.84, wspace=0.12)
     axes = figure.subplots(1, len(panels), squeeze=False)[0]
     top = max(values.max() for name, values in panels if name in ("exact", panels[-2][0]))
     for ax, (name, values) in zip(axes, panels, strict=True):
@@ -59,7 +60,8 @@ def _draw_field(figure: Figure, run: Run) -> None:
 
 
 def _draw_agents(figure: Figure, run: Run) -> None:
-    figure.set_size_inches(9, 4.5)
+    figure.set_size_inches(9, 4.8)
+    figure.subplots_adjust(left=0.07, right=0.98, bottom=0.08, top=0.86)
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     position = run.model.particles.position
     for ax, name, places in zip(axes, ("start", "end"), (run.start, position), strict=True):
