@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
-    "apmethod.agent": ("AgentParticle", "DiffusingParticle"),
+    "apmethod.agent": ("AgentParticle", "DiffusingParticle", "InertialParticle"),
     "apmethod.compile": ("set_threads",),
     "apmethod.contribute.reconstruct": ("reconstruct",),
     "apmethod.contribute.smoothing": ("KERNELS", "Kernel"),
@@ -20,7 +20,7 @@ _HOMES = {
     "apmethod.model": ("ParticleModel",),
     "apmethod.move.diffusion": ("FORMS", "Diffusion"),
     "apmethod.move.integrate": ("INTEGRATORS", "Integrator"),
-    "apmethod.move.law": ("Flow", "Law"),
+    "apmethod.move.law": ("Flow", "Law", "Now"),
     "apmethod.particles": ("Column", "Particles"),
     "apmethod.perceive.core_radius": ("FollowDensity",),
     "apmethod.perceive.domain": ("Bounded", "Domain", "Open", "Periodic"),

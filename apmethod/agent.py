@@ -147,6 +147,15 @@ class AgentParticle(mesa.Agent):
             self.position = value
 
 
+class InertialParticle(AgentParticle):
+    """An agent-particle that keeps its velocity: for laws that give an acceleration.
+
+    With leap-frog the velocity is that of half a step before the position.
+    """
+
+    velocity = Column(2, unit="length/time")
+
+
 class DiffusingParticle(AgentParticle):
     """An agent-particle of a diffusing field: its mass is what it carries of the field.
 

@@ -75,7 +75,7 @@ class FieldModel(ParticleModel):
             core_radius=spacings * spacing * chosen.support,
             domain=domain,
             kernel=chosen,
-            laws=[Diffusion(diffusivity, form, chosen), *([Flow(flow)] if flow else [])],
+            laws=[Diffusion(diffusivity, form), *([Flow(flow)] if flow else [])],
             integrator=integrator,
             dt=dt,
             radius_rule=FollowDensity() if follow_density else None,

@@ -89,6 +89,9 @@ class ParticleModel(mesa.Model):
         self.space = QuadLattice(self.particles, core_radius, domain, level)
         for cls in classes:
             self.particles.declare_class(cls)
+        for law in laws:
+            law.check(self.kernel)
+        self._own_w = float(self.kernel.w(0.0, 1.0))
         self.motion = Motion(
             self.particles, self.space.domain, laws, integrator_named(integrator)
         )
@@ -118,7 +121,8 @@ class ParticleModel(mesa.Model):
             dt = self.next_dt()
             self.motion.begin(self.elapsed, dt)
             for stage in self.motion.stages():
-                self.motion.enter(stage, self.bus.smoothing_length)
+                h = self.bus.smoothing_length
+                self.motion.enter(stage, h, self._own_w / h**2)
                 if stage.interacts:
                     self.perceive()
                     for number in range(len(self.bus.rounds)):
@@ -130,7 +134,7 @@ class ParticleModel(mesa.Model):
 
     def perceive(self) -> None:
         """All agents find their neighbours; skipped where nobody asks for them."""
-        if self.bus.rounds or self.procedure.tier == "agents" or self._looks_around():
+        if self.procedure.perceives:
             self.procedure.perceive()
 
     def contribute(self, number: int) -> None:
@@ -161,7 +165,7 @@ class ParticleModel(mesa.Model):
         """The largest stable time step now, infinite where nothing limits it."""
         reach = self.motion.integrator.reach
         limits = [
-            law.largest_step(self.bus.smoothing_length, reach)
+            law.largest_step(self.kernel, self.bus.smoothing_length, reach)
             for law in self.motion.laws
             if isinstance(law, Diffusion)
         ]
@@ -253,10 +257,6 @@ class ParticleModel(mesa.Model):
             "centroid_y": float(centroid[1]),
             "core_radius": self.space.core_radius,
         }
-
-    def _looks_around(self) -> bool:
-        classes = self.particles.classes
-        return any(self.procedure.overrides(cls, "pairs") for cls in classes)
 
 
 def _declared_terms(classes: Sequence[type]) -> list[Term]:

@@ -145,6 +145,11 @@ class Particles:
         return name in self._arrays
 
     @property
+    def names(self) -> list[str]:
+        """Names of the columns, without those that steps use as scratch."""
+        return [name for name in self.columns if not name.startswith("_")]
+
+    @property
     def agents(self) -> tuple[AgentParticle, ...]:
         """The agents in the order of their rows."""
         return tuple(self._agents)
@@ -256,8 +261,11 @@ class Particles:
             self.array(name)[:] = values
 
     def first_not_finite(self) -> tuple[str, AgentParticle] | None:
-        """The first column, in order of declaration, with a NaN or infinity, and an agent."""
-        for name, column in self.columns.items():
+        """The first column with a NaN or infinity, and an agent that has it; None if all is well."""
+        # Position last: a NaN gets there from a sum, which is what one wants to know.
+        for name, column in sorted(self.columns.items(), key=lambda item: item[0] == "position"):
+            if name.startswith("_"):
+                continue
             values = self.array(name)
             # A sum is one quick pass, and NaN and infinity do not vanish from it.
             if column.dtype.kind == "f" and not np.isfinite(values.sum()):
@@ -274,4 +282,4 @@ class Particles:
             self._arrays[name] = new
 
     def _no_column(self, name: str) -> str:
-        return f"this scene has no column {name!r}; it has {', '.join(self._arrays) or 'none'}"
+        return f"this scene has no column {name!r}; it has {', '.join(self.names) or 'none'}"

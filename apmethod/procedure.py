@@ -66,6 +66,13 @@ class Procedure:
         """Whether agents of ``cls`` run a step ("pairs", "message" or "move") themselves."""
         return self.tier == "agents" or bool(self.overrides(cls, step))
 
+    @property
+    def perceives(self) -> bool:
+        """Whether anybody needs to know who is near: a term, or an agent's own method."""
+        return bool(self.model.bus.rounds) or any(
+            self.in_python(cls, step) for cls in self.model.particles.classes for step in _METHODS
+        )
+
     def _divided(self, step: str) -> tuple[list[AgentParticle], np.ndarray]:
         """The agents that run a step in Python, and the rows of all others."""
         particles = self.model.particles
@@ -152,31 +159,51 @@ class Procedure:
     def explain(self) -> list[tuple[str, str]]:
         """(step, what the scene does in it and why) for each step, run or skipped."""
         model = self.model
-        lattice = f"sort {len(model.particles)} agents into sub-domains of {model.space.domain!r}"
-        rows = [
-            ("core radius", model.core_radius_rule()),
-            ("perceive", f"{lattice}, core radius {model.space.core_radius:.4g}, "
-                         f"level p = {model.space.level}{self._who('pairs')}"),
-        ]  # fmt: skip
+        agents = ", ".join(
+            f"{len(model.particles.rows_of(cls))} {cls.__name__}" for cls in model.particles.classes
+        )
+        rows = [("agents", agents), ("core radius", model.core_radius_rule())]
+        rows += self._explain_exchange()
+        integrator = model.motion.integrator
+        laws = ", ".join(map(repr, model.motion.laws)) or "no law"
+        stages = len(model.motion.stages())
+        rows.append((
+            "move",
+            f"{integrator.name}, order {integrator.order}, {stages} "
+            f"stage{'s' * (stages > 1)}: {laws}{self._who('move')}",
+        ))  # fmt: skip
+        borders = "skipped: the domain is open" if model.space.domain.is_open else (
+            f"displacements end inside the {model.space.domain!r}"
+        )  # fmt: skip
+        rows.append(("borders", borders))
+        step = f"{model.dt:.4g}, given" if model.dt is not None else (
+            f"{model.next_dt():.4g} next, chosen each step inside the stability limit"
+        )  # fmt: skip
+        largest = model.largest_dt()
+        limit = f"; stable up to {largest:.4g}" if np.isfinite(largest) else "; nothing limits it"
+        rows.append(("time step", step + limit))
+        return rows
+
+    def _explain_exchange(self) -> list[tuple[str, str]]:
+        model = self.model
+        if not self.perceives:
+            why = "skipped: no law and no agent asks for neighbours"
+            return [(phase, why) for phase in PHASES[:3]]
+        rows = [(
+            "perceive",
+            f"agents sorted into sub-domains (level p = {model.space.level}), core radius "
+            f"{model.space.core_radius:.4g}{self._who('pairs')}",
+        )]  # fmt: skip
         for number, terms in enumerate(model.bus.rounds, 1):
             names = ", ".join(f"{term.name} ({term.parity})" for term in terms)
-            rows.append((f"contribute {number}", f"gathered: {names}, kernel "
-                         f"{model.kernel.name}{self._who('pairs')}"))  # fmt: skip
+            rows.append((
+                f"contribute {number}",
+                f"{names}, kernel {model.kernel.name}{self._who('pairs')}",
+            ))  # fmt: skip
             rows.append((f"message {number}", f"sums to columns{self._who('message')}"))
         if not model.bus.rounds:
-            rows[1:] = [("perceive", "skipped: no law or agent class exchanges a term")]
-            rows.append(("contribute", "skipped: there is no term"))
-            rows.append(("message", "skipped: there is no term"))
-        laws = ", ".join(map(repr, model.motion.laws)) or "no law"
-        integrator = model.motion.integrator
-        rows.append(("move", f"{integrator.name} (order {integrator.order}, "
-                     f"{len(model.motion.stages())} stages): {laws}{self._who('move')}"))  # fmt: skip
-        skipped = [
-            ("obstacles", "skipped: the scene names none"),
-            ("signal", "skipped: the scene names none"),
-            ("remeshing", "skipped: the scene names none"),
-        ]
-        return rows + skipped
+            rows += [(phase, "skipped: there is no term") for phase in PHASES[1:3]]
+        return rows
 
     def _who(self, step: str) -> str:
         classes = self.model.particles.classes

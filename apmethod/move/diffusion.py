@@ -49,8 +49,7 @@ def _paper(agent, p):
 
 def _plain(agent, p):
     # Only a kernel with a negative tail lets the sum fall below a share of the own part.
-    own = agent.mass * p.own_share / p.smoothing_length**2
-    scale = -p.diffusivity / max(agent.density, 0.05 * own)
+    scale = -p.diffusivity / max(agent.density, 0.05 * agent.mass * p.own_w)
     x, y = scale * agent.density_gradient[0], scale * agent.density_gradient[1]
     return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
 
@@ -102,43 +101,37 @@ class Diffusion(Law):
     Args:
         diffusivity: D, length^2/time, 0 or more.
         form: "paper", "plain" or "blob".
-        kernel: the scene's smoothing kernel.
         limit: largest |A| h/D.
 
     Raises:
-        ValueError: for an unknown form, a negative or non-finite diffusivity or limit, or
-            the blob form with a kernel that is negative somewhere.
+        ValueError: for an unknown form, or a negative or non-finite diffusivity or limit.
     """
 
-    def __init__(self, diffusivity: float, form: str, kernel: Kernel, limit: float = 6.0):
+    def __init__(self, diffusivity: float, form: str = "blob", limit: float = 6.0):
         if form not in FORMS:
             raise ValueError(f"form is {form!r}; it must be one of {', '.join(FORMS)}")
         for name, value in (("diffusivity", diffusivity), ("limit", limit)):
             if not (np.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} is {value!r}; it must be a finite number, 0 or more")
-        if form == "blob" and kernel.order > 2:
-            raise ValueError(
-                f"the blob form divides by each neighbour's density, which kernel "
-                f"{kernel.name!r} makes negative in thin places; use a positive kernel such "
-                "as 'gaussian'"
-            )
         self.form = FORMS[form]
         self.diffusivity = float(diffusivity)
-        self.kernel = kernel
-        own_share = float(kernel.w(0.0, 1.0))
         super().__init__(
             f"diffusion velocity, {form} form",
             self.form.formula,
             reads=self.form.reads,
-            parameters={
-                "diffusivity": self.diffusivity,
-                "limit": float(limit),
-                "own_share": own_share,
-            },
+            parameters={"diffusivity": self.diffusivity, "limit": float(limit)},
             terms=self.form.terms,
         )
 
-    def largest_step(self, smoothing_length: float, reach: float) -> float:
+    def check(self, kernel: Kernel) -> None:
+        """Refuse the blob form with a kernel that is negative somewhere."""
+        if self.form is FORMS["blob"] and kernel.order > 2:
+            raise ValueError(
+                f"kernel is {kernel.name!r}, which makes densities negative in thin places, and "
+                "the blob form divides by them; use a positive kernel such as 'gaussian'"
+            )
+
+    def largest_step(self, kernel: Kernel, smoothing_length: float, reach: float) -> float:
         """The largest stable time step.
 
         A wave of number k decays at the rate D k^2 g(k), g the form's damping; an
@@ -147,6 +140,6 @@ class Diffusion(Law):
         """
         if self.diffusivity == 0.0:
             return np.inf
-        k, transform = self.kernel.transform
+        k, transform = kernel.transform
         rate = float((k * k * self.form.decay(transform)).max())
         return reach / rate * smoothing_length**2 / self.diffusivity

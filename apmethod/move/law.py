@@ -9,13 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from apmethod.compile import column_reader, compiled, in_blocks, inlined, namespace, plain
+from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.particles import Particles
+
+
+class Now(NamedTuple):
+    """What every law may use besides the agent."""
+
+    time: float  #: physical time at which the law is evaluated
+    smoothing_length: float  #: h of the smoothing kernel
+    own_w: float  #: the kernel at distance 0, per area
 
 
 class Law:
@@ -24,7 +33,7 @@ class Law:
     Args:
         name: what ``explain`` calls it.
         formula: ``f(agent, p)`` giving (x, y).  ``agent`` has the columns named in
-            ``reads``; ``p`` has ``time``, ``smoothing_length`` and the parameters.
+            ``reads``; ``p`` has what `Now` has, and the parameters.
         reads: columns of the agent that the formula uses.
         parameters: numbers that the formula reads from ``p``; changing one needs no
             new compilation.
@@ -60,24 +69,22 @@ class Law:
 
     @cached_property
     def _names(self) -> type:
-        return namespace("Parameters", ("time", "smoothing_length", *self.parameters))
+        return namespace("Parameters", (*Now._fields, *self.parameters))
 
-    def of(self, agent: Any, time: float, smoothing_length: float) -> np.ndarray:
+    def check(self, kernel: Kernel) -> None:
+        """Refuse a smoothing kernel that the law cannot work with."""
+
+    def of(self, agent: Any, now: Now) -> np.ndarray:
         """The law on one agent, in Python: an array of shape (2,)."""
-        p = self._names(time, smoothing_length, *self.parameters.values())
+        p = self._names(*now, *self.parameters.values())
         return np.array(self.formula(agent, p), float)
 
     def add_to(
-        self,
-        total: np.ndarray,
-        particles: Particles,
-        rows: np.ndarray,
-        time: float,
-        smoothing_length: float,
+        self, total: np.ndarray, particles: Particles, rows: np.ndarray, now: Now
     ) -> None:
         """Add the law's value for the agents in ``rows`` to those rows of ``total``, (n, 2)."""
         columns = tuple(particles.array(name) for name in self.reads) or (total,)
-        p = np.array([time, smoothing_length, *self.parameters.values()])
+        p = np.array([*now, *self.parameters.values()])
         widths = tuple((name, particles.columns[name].components) for name in self.reads)
         run = _compile_law(self.formula, widths, self._names._fields)
         in_blocks(run, len(rows), rows, columns, p, total)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, plain
+from apmethod.compile import in_blocks, plain
 from apmethod.move.integrate import (
     LEAP_FROG,
     VERLET,
@@ -23,9 +23,9 @@ from apmethod.move.integrate import (
     verlet_drift,
     verlet_kick,
 )
-from apmethod.move.law import Flow, Law
+from apmethod.move.law import Flow, Law, Now
 from apmethod.particles import Column, Particles
-from apmethod.perceive.domain import OPEN, Domain, place_along
+from apmethod.perceive.domain import Domain, bounce, place
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
@@ -61,17 +61,21 @@ class Motion:
         #: The laws that a stage evaluates; a split flow is carried on its own.
         self.evaluated = tuple(law for law in self.laws if law is not self.split_flow)
         # Written within a step before they are read, so not part of an agent's state.
-        scratch = ["start_of_step", "rate"]
+        scratch = ["_start", "_rate"]
         if integrator.of == "acceleration":
-            particles.declare("velocity", Column(2, unit="length/time"))
+            if "velocity" not in particles:
+                raise ValueError(
+                    f"integrator is {integrator.name!r}, which moves agents by acceleration, and "
+                    "no agent class has a velocity; derive one from InertialParticle"
+                )
             if integrator is VERLET:
-                particles.declare("acceleration", Column(2, unit="length/time^2"))
+                particles.declare("_acceleration", Column(2))
             else:
-                particles.declare("pushed", Column())
+                particles.declare("_pushed", Column())
         else:
-            scratch.append("displacement")
+            scratch.append("_displacement")
         if self.split_flow is not None:
-            scratch.append("carried")
+            scratch.append("_carried")
         for name in scratch:
             particles.declare(name, Column(2, kept=False))
         self._changes = -1
@@ -92,17 +96,16 @@ class Motion:
         """Take down where the agents start from."""
         self.time, self.dt = time, dt
         positions = self.particles.array("position")
-        self.particles.array("start_of_step")[:] = positions
-        if "displacement" in self.particles:
-            self.particles.array("displacement")[:] = 0.0
+        self.particles.array("_start")[:] = positions
+        if "_displacement" in self.particles:
+            self.particles.array("_displacement")[:] = 0.0
         if self.split_flow is not None:
             self.turning = self.split_flow.turning(positions, time)
 
-    def enter(self, stage: Stage, smoothing_length: float) -> None:
+    def enter(self, stage: Stage, smoothing_length: float, own_w: float) -> None:
         """Begin a stage."""
         self.stage = stage
-        self.now = self.time + stage.at * self.dt
-        self.smoothing_length = smoothing_length
+        self.now = Now(self.time + stage.at * self.dt, smoothing_length, own_w)
 
     def end(self) -> None:
         """Note that the agents that are there now have moved."""
@@ -114,46 +117,52 @@ class Motion:
         """The sum of the laws on one agent, an array of shape (2,)."""
         total = np.zeros(2)
         for law in self.evaluated:
-            total += law.of(agent, self.now, self.smoothing_length)
+            total += law.of(agent, self.now)
         return total
 
     def advance(self, agent: AgentParticle) -> None:
         """Carry out the current stage on one agent, in Python."""
         row = self.particles.row(agent)
         if self.stage.interacts:
-            self.particles.array("rate")[row] = agent.dynamics()
-        self._carry_out(np.array([row]), in_python=True)
-        position = self.particles.array("position")
-        position[row] = self.domain.place(*position[row].tolist())
+            self.particles.array("_rate")[row] = agent.dynamics()
+        rows = np.array([row])
+        self._carry_out(rows, in_python=True)
+        self._place(rows, in_python=True)
 
     def advance_all(self, rows: np.ndarray) -> None:
         """Carry out the current stage on the agents in ``rows`` of the table, compiled."""
         if self.stage.interacts:
-            rate = self.particles.array("rate")
+            rate = self.particles.array("_rate")
             rate[rows] = 0.0
             for law in self.evaluated:
-                law.add_to(rate, self.particles, rows, self.now, self.smoothing_length)
+                law.add_to(rate, self.particles, rows, self.now)
         self._carry_out(rows, in_python=False)
-        if self.domain.kinds != (OPEN, OPEN):
-            position = self.particles.array("position")
-            in_blocks(_place, len(rows), rows, position, *self.domain.limits)
+        self._place(rows, in_python=False)
 
     def _carry_out(self, rows: np.ndarray, in_python: bool) -> None:
         if self.integrator is LEAP_FROG:
-            self._run(leap_frog, rows, in_python, "start_of_step", "rate", "velocity", "pushed",
+            self._run(leap_frog, rows, in_python, "_start", "_rate", "velocity", "_pushed",
                       self.dt, "position")  # fmt: skip
         elif self.integrator is VERLET:
             self._verlet(rows, in_python)
         elif self.stage.interacts:
             self._runge_kutta(rows, in_python)
         else:
-            self._carry("carried", "start_of_step", rows, in_python, self.time)
-            self.particles.array("position")[rows] = self.particles.array("carried")[rows]
+            self._carry("_carried", "_start", rows, in_python, self.time)
+            self.particles.array("position")[rows] = self.particles.array("_carried")[rows]
+
+    def _place(self, rows: np.ndarray, in_python: bool) -> None:
+        """Let displacements end where the domain's borders allow."""
+        if self.domain.is_open:
+            return
+        if self.integrator.of == "acceleration":
+            self._run(bounce, rows, in_python, "position", "velocity", *self.domain.limits)
+        self._run(place, rows, in_python, "position", *self.domain.limits)
 
     def _runge_kutta(self, rows: np.ndarray, in_python: bool) -> None:
         stage = self.stage
-        start = "start_of_step" if self.split_flow is None else "carried"
-        self._run(runge_kutta, rows, in_python, start, "rate", "displacement", self.dt,
+        start = "_start" if self.split_flow is None else "_carried"
+        self._run(runge_kutta, rows, in_python, start, "_rate", "_displacement", self.dt,
                   stage.ahead, stage.weight, stage.moves, "position")  # fmt: skip
         if stage.moves and self.split_flow is not None:
             halfway = self.time + 0.5 * self.dt
@@ -161,12 +170,12 @@ class Motion:
 
     def _verlet(self, rows: np.ndarray, in_python: bool) -> None:
         if not self.stage.interacts:
-            self._run(verlet_drift, rows, in_python, "start_of_step", "velocity", "acceleration",
+            self._run(verlet_drift, rows, in_python, "_start", "velocity", "_acceleration",
                       self.dt, "position")  # fmt: skip
         elif self.stage.moves:
-            self._run(verlet_kick, rows, in_python, "rate", "velocity", "acceleration", self.dt)
+            self._run(verlet_kick, rows, in_python, "_rate", "velocity", "_acceleration", self.dt)
         else:
-            self.particles.array("acceleration")[rows] = self.particles.array("rate")[rows]
+            self.particles.array("_acceleration")[rows] = self.particles.array("_rate")[rows]
 
     def _carry(
         self, to: str, place: str, rows: np.ndarray, in_python: bool, time: float
@@ -184,12 +193,3 @@ class Motion:
             plain(formula)(0, len(rows), rows, *arguments)
         else:
             in_blocks(formula, len(rows), rows, *arguments)
-
-
-@compiled
-def _place(first, last, rows, position, along_x, along_y):
-    for k in range(first, last):
-        row = rows[k]
-        x, y = position[row, 0], position[row, 1]
-        position[row, 0] = place_along(x, along_x[0], along_x[1], along_x[2])
-        position[row, 1] = place_along(y, along_y[0], along_y[1], along_y[2])

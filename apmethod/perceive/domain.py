@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from apmethod.compile import inlined
+from apmethod.compile import compiled, inlined
 
 OPEN, BOUNDED, PERIODIC = 0, 1, 2
 _BORDERS = {"open": OPEN, "bounded": BOUNDED, "periodic": PERIODIC}
@@ -54,9 +54,15 @@ class Domain:
         self.borders = names
 
     def __repr__(self) -> str:
-        if self.kinds == (OPEN, OPEN):
+        if self.is_open:
             return "open domain"
-        return f"{' x '.join(self.borders)} domain {self.lower.tolist()} to {self.upper.tolist()}"
+        borders = " x ".join(dict.fromkeys(self.borders))
+        return f"{borders} domain from {self.lower.tolist()} to {self.upper.tolist()}"
+
+    @property
+    def is_open(self) -> bool:
+        """Whether no side stops or wraps an agent."""
+        return self.kinds == (OPEN, OPEN)
 
     @property
     def periods(self) -> tuple[float, float]:
@@ -134,6 +140,29 @@ def place_along(x, lower, upper, kind):
         return lower + inside if inside < length else lower
     inside = (x - lower) % (2.0 * length)
     return lower + min(inside, 2.0 * length - inside)
+
+
+@compiled
+def place(first, last, rows, position, along_x, along_y):
+    """`place_along` for both coordinates of the given rows."""
+    for k in range(first, last):
+        row = rows[k]
+        x, y = position[row, 0], position[row, 1]
+        position[row, 0] = place_along(x, along_x[0], along_x[1], along_x[2])
+        position[row, 1] = place_along(y, along_y[0], along_y[1], along_y[2])
+
+
+@compiled
+def bounce(first, last, rows, position, velocity, along_x, along_y):
+    """Turn velocities round that lead out through a bounded side, before `place`."""
+    for k in range(first, last):
+        row = rows[k]
+        for axis in range(2):
+            lower, upper, kind = along_x if axis == 0 else along_y
+            if kind == 1:
+                crossings = np.floor((position[row, axis] - lower) / (upper - lower))
+                if crossings % 2.0 == 1.0:
+                    velocity[row, axis] = -velocity[row, axis]
 
 
 @inlined

@@ -11,7 +11,6 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from apmethod.contribute.terms import Term
 from apmethod.particles import Particles
 from apmethod.run.runner import Run
 
@@ -82,9 +81,8 @@ def write_run(run: Run, scene: str, folder: Path, summary: dict[str, Any]) -> di
 def _agent_rows(particles: Particles) -> Iterable[Sequence[Any]]:
     """A head and one row an agent: its id and the columns that mean something to people."""
     head, columns = ["unique_id"], [[agent.unique_id for agent in particles.agents]]
-    for name, column in particles.columns.items():
-        if not (column.kept or isinstance(column, Term)):
-            continue
+    for name in particles.names:
+        column = particles.columns[name]
         values = particles.array(name)
         if column.components is None:
             head.append(name)
