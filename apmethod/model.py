@@ -130,6 +130,7 @@ class ParticleModel(mesa.Model):
                         self.message()
                 self.advance(stage)
             self.motion.end()
+            self._check_finite()
             self.elapsed = self._landed(dt)
 
     def perceive(self) -> None:
@@ -209,7 +210,6 @@ class ParticleModel(mesa.Model):
         radius = self.space.core_radius
         try:
             yield
-            self._check_finite()
         except BaseException as error:  # Ctrl-C too: a step happens or it does not
             restored = self.particles.changes == changes
             if restored:

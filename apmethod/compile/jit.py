@@ -30,13 +30,17 @@ _OPTIONS = {
 _known: WeakSet = WeakSet()
 
 
-def inlined(function: Callable) -> Callable:
+def inlined(function: Callable, *, exact: bool = False) -> Callable:
     """Let compiled functions call ``function``, which is compiled into them.
 
     The function itself stays what it is: called from Python it runs in Python.
+
+    Args:
+        function: plain Python that numba compiles.
+        exact: round every operation as Python does, where a decision hangs on the result.
     """
     if function not in _known:
-        register_jitable(**_OPTIONS)(function)
+        register_jitable(**(_OPTIONS | {"fastmath": False} if exact else _OPTIONS))(function)
         _known.add(function)
     return function
 

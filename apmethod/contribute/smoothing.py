@@ -55,14 +55,13 @@ class Kernel:
     @cached_property
     def transform(self) -> tuple[np.ndarray, np.ndarray]:
         """Wave numbers k h and the kernel's Fourier transform there (1 at k = 0)."""
+        from scipy.integrate import simpson  # here, because only a chosen time step needs them
         from scipy.special import j0
 
-        q, width = np.linspace(0.0, self.support, 801, retstep=True)
-        weight = np.full(q.size, width)
-        weight[[0, -1]] /= 2.0
-        profile = 2.0 * pi * q * weight * np.vectorize(self.shape, otypes=[float])(q**2)
+        q = np.linspace(0.0, self.support, 801)
+        profile = 2.0 * pi * q * np.vectorize(self.shape, otypes=[float])(q**2)
         k = np.linspace(0.0, 12.0, 481)
-        return k, j0(np.outer(k, q)) @ profile
+        return k, simpson(j0(np.outer(k, q)) * profile, x=q)
 
 
 def _spline(name: str, support: float, shape: Callable, slope: Callable) -> Kernel:

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 from apmethod.compile import inlined, namespace
 from apmethod.contribute.smoothing import Kernel
 from apmethod.particles import Column
+from apmethod.perceive.domain import distance_2
 
 PARITIES = {"even": 1.0, "odd": -1.0, "directed": 0.0}
 
@@ -49,12 +50,12 @@ def pair_maker(kernel: Kernel) -> Callable[[float, float, float], Pair]:
 
     @inlined
     def pair(dx, dy, h):
-        distance_2 = dx * dx + dy * dy
+        square = distance_2(dx, dy)
         per_area = 1.0 / (h * h)  # the same for all pairs, so a compiled loop divides once
-        q_2 = distance_2 * per_area
+        q_2 = square * per_area
         w = shape(q_2) * per_area
         dw = slope(q_2) * (per_area * per_area)
-        return Pair(dx, dy, sqrt(distance_2), w, dw * dx, dw * dy)
+        return Pair(dx, dy, sqrt(square), w, dw * dx, dw * dy)
 
     return pair
 

@@ -17,6 +17,7 @@ from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term, pair_maker
 from apmethod.particles import Particles
 from apmethod.perceive.cells import SortedCells
+from apmethod.perceive.domain import distance_2
 
 
 class GatherPass:
@@ -149,7 +150,7 @@ def _compile_gather(
                     if periodic:
                         dx, dy = dx - over_x[j], dy - over_y[j]
                     value = evaluate(make_pair(dx, dy, smoothing_length), me, read(near, j))
-                    total = add(total, value, dx * dx + dy * dy < radius_2)
+                    total = add(total, value, distance_2(dx, dy) < radius_2)
                 near_x[own], near_y[own] = x_i, y_i
                 if periodic:
                     over_x[own], over_y[own] = 0.0, 0.0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.perceive.cells import SortedCells, sort_into_cells
-from apmethod.perceive.domain import Domain, Open
+from apmethod.perceive.domain import Domain, Open, distance_2
 from apmethod.perceive.pairs import neighbour_pairs
 
 if TYPE_CHECKING:
@@ -114,8 +114,7 @@ class QuadLattice:
 
     def near(self, agent: AgentParticle, other: AgentParticle) -> bool:
         """Whether two agents are closer than the core radius."""
-        dx, dy = self.displacement(agent, other)
-        return dx * dx + dy * dy < self.core_radius * self.core_radius
+        return distance_2(*self.displacement(agent, other)) < self.core_radius * self.core_radius
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
         """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2)."""
@@ -125,7 +124,7 @@ class QuadLattice:
         neighbours = []
         for row, other_x, other_y, shift_x, shift_y in self.potential_neighbours(x, y):
             dx, dy = (x - other_x) - shift_x, (y - other_y) - shift_y
-            if dx * dx + dy * dy < radius_2 and row != me:
+            if distance_2(dx, dy) < radius_2 and row != me:
                 neighbours.append(agents[row])
         return neighbours
 

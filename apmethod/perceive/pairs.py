@@ -4,7 +4,7 @@ import numpy as np
 
 from apmethod.compile import compiled
 from apmethod.perceive.cells import SortedCells
-from apmethod.perceive.domain import Domain, Open
+from apmethod.perceive.domain import Domain, Open, distance_2
 
 
 def brute_force_pairs(
@@ -61,7 +61,7 @@ def _find_pairs(start, low, high, row, image, x, y, shift_x, shift_y, core_radiu
                     if row[j] > row[i]:
                         dx = (x[i] - x[j]) - shift_x[j]
                         dy = (y[i] - y[j]) - shift_y[j]
-                        if dx * dx + dy * dy < core_radius * core_radius:
+                        if distance_2(dx, dy) < core_radius * core_radius:
                             if count < pairs.shape[0]:
                                 pairs[count, 0] = row[i]
                                 pairs[count, 1] = row[j]

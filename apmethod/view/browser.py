@@ -14,14 +14,12 @@ import numpy as np
 import solara
 from matplotlib.figure import Figure
 from mesa.visualization import SolaraViz
+from mesa.visualization.solara_viz import split_model_params
 from mesa.visualization.utils import update_counter
 
 from apmethod.field import FieldModel
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.image import AxesImage
-
     from apmethod.model import ParticleModel
 
     View = Callable[[ParticleModel], solara.Element]
@@ -39,7 +37,7 @@ def agents_view(column: str = "mass") -> View:
         dots = ax.scatter(
             *model.particles.position.T,
             c=getattr(model.particles, column),
-            s=_dot_area(ax, len(model.particles)),
+            s=np.clip(20_000.0 / max(len(model.particles), 1), 0.5, 30.0),
             linewidths=0,
         )
         x_min, x_max, y_min, y_max = _frame(model)
@@ -62,7 +60,7 @@ def field_view() -> View:
         top = max(values.max() for values in fields.values())
         figure, axes = _panels(len(fields))
         for ax, (title, values) in zip(axes, fields.items(), strict=True):
-            image = _draw_image(ax, values, model.box, top)
+            image = ax.imshow(values, origin="lower", extent=model.box, vmin=0.0, vmax=top)
             ax.set_title(title)
         figure.colorbar(image, ax=axes)
         return figure
@@ -127,7 +125,7 @@ def page(
 
     @solara.component
     def ScenePage():
-        model = solara.use_memo(lambda: model_class(**starting_values(model_params)), [])
+        model = solara.use_memo(lambda: model_class(**_starting_values(model_params)), [])
         SolaraViz(
             model,
             components=list(views),
@@ -139,6 +137,18 @@ def page(
     return ScenePage()
 
 
-def starting_values(model_params: Mapping[str, Any]) -> dict[str, Any]:
-    """What the inputs of a page say when it opens: arguments for the model."""
-    ...
+def _starting_values(model_params: Mapping[str, Any]) -> dict[str, Any]:
+    """The model's arguments as the inputs stand when the page opens."""
+    inputs, fixed = split_model_params(model_params)
+    return fixed | {name: options.get("value") for name, options in inputs.items()}
+
+
+def _panels(count: int) -> tuple[Figure, np.ndarray]:
+    """A figure with square panels side by side."""
+    figure = Figure(figsize=(4.4 * count + 0.8, 4.2), layout="compressed")
+    return figure, figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
+
+
+def _frame(model: ParticleModel) -> tuple[float, float, float, float]:
+    """x_min, x_max, y_min, y_max to show: a field's box, or the domain."""
+    return getattr(model, "box", model.space.bounds)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from samples import build
 
 from apmethod import (
     AgentParticle,
@@ -158,8 +159,8 @@ def test_questions_between_steps_are_answered_from_where_agents_stand():
     assert a.neighbours == [c]
 
 
-def test_what_mesa_asks_a_space(build_model):
-    model = build_model(50, domain=Periodic((0.0, 0.0), (1.0, 1.0)))
+def test_what_mesa_asks_a_space():
+    model = build(50, domain=Periodic((0.0, 0.0), (1.0, 1.0)))
     space = model.space
     assert space.torus
     assert space.bounds == (0.0, 1.0, 0.0, 1.0)

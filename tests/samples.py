@@ -1,14 +1,35 @@
 """Scenes and clouds of agents that many tests start from."""
 
 import numpy as np
-import pytest
 
-from apmethod import Diffusion, DiffusingParticle, Flow, ParticleModel
+from apmethod import Column, DiffusingParticle, Diffusion, Flow, ParticleModel, term
 
 
 def rotation(x, y, t):
     """V = (y, -x)."""
     return y, -x
+
+
+class Curious(DiffusingParticle):
+    """An agent with a term of each parity."""
+
+    charge = Column(start=1.0)
+
+    @term("even", own=True)
+    def count(pair, i, j):
+        """How many agents are near, this one included."""
+        return 1.0
+
+    @term("odd", reads=("charge",), components=2)
+    def force(pair, i, j):
+        """A repulsion that nobody else's mass weighs."""
+        size = i.charge * j.charge * pair.w
+        return size * pair.x, size * pair.y
+
+    @term("directed", reads=("charge",), weight="mass")
+    def envy(pair, i, j):
+        """What the neighbours have more."""
+        return max(j.charge - i.charge, 0.0) * pair.distance
 
 
 def build(
@@ -54,9 +75,3 @@ def column_by_id(model, name):
     """A column in the order of the agents' ids, which does not change as rows do."""
     order = np.argsort([agent.unique_id for agent in model.particles.agents])
     return getattr(model.particles, name)[order]
-
-
-@pytest.fixture
-def build_model():
-    """The function `build`."""
-    return build
