@@ -1,28 +1,33 @@
 """Many runs of one scene: parameter values times seeds, in one process or several.
 
-`mesa.batch_run` does the work, and also takes a scene that has a data collector directly.
-`batch_run` asks for no data collector, gives every version of Mesa's rows in one order and
-with the same keys, and keeps a failing run from costing the others.
+`mesa.batch_run` does the work, and takes a scene that has a data collector directly, too.
+`batch_run` needs no data collector, returns the same rows in the same order with every
+version of Mesa, and does not lose the other runs when one fails.
 """
 
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import mesa
 
 from apmethod.compile.threads import set_threads, threads
 from apmethod.run.runner import run
+from apmethod.run.scenes import build, load_scene
 
 if TYPE_CHECKING:
     from apmethod.model import ParticleModel
 
+    Scene = type[ParticleModel] | str | Path
+
 
 def batch_run(
-    model_class: type[ParticleModel],
+    scene: Scene,
     parameters: Mapping[str, Any | Sequence[Any]],
     seeds: int | Sequence[int] = 0,
     *,
@@ -33,40 +38,52 @@ def batch_run(
 ) -> list[dict[str, Any]]:
     """Run a scene with every combination of parameter values and seeds.
 
-    Several processes need a call under ``if __name__ == "__main__":``, for each of them
-    imports the calling file, and a model class that can be imported.
+    Other processes import the file that calls this one: where ``processes`` is above 1, call
+    it under ``if __name__ == "__main__":``.
 
     Args:
-        model_class: the scene; its constructor takes the parameters and ``rng``.
-        parameters: for each constructor argument a value or a list of values.
-        seeds: one seed or several, each tried with every combination.
+        scene: a model class, the path of a scene's folder, or a shipped scene's name.
+        parameters: for each setting of the scene a value, or a list of values.
+        seeds: one seed or a list, each for every combination.
         steps: number of steps of each run.
-        until: physical time that each run ends at; without either, the scene's own end.
+        until: physical time at which each run ends; by default the scene's own end.
         processes: how many runs go on at a time; they share the threads.
         progress: whether to show a progress bar.
 
     Returns:
         One dictionary a run, seed after seed: the parameters, the seed as ``rng``, how it
-        ``ended`` and its ``failure`` ("" if it has not failed), and the model's diagnostics
-        and errors at the end.
+        ``ended``, its ``failure`` ("" where there was none), and the model's diagnostics and
+        errors at the end.
 
     Raises:
-        ValueError: for fewer than one process, an ``rng`` among the parameters, or what the
-            scene or `apmethod.run.runner.run` refuses.
+        ValueError: for less than one process, an ``rng`` among the parameters, a class that
+            other processes cannot import, or what the scene or the run refuses.
     """
     if processes < 1:
         raise ValueError(f"processes is {processes!r}; it must be 1 or more")
     if "rng" in parameters:
         raise ValueError(f"parameters has rng={parameters['rng']!r}; give it as seeds")
+    if processes > 1 and isinstance(scene, type):
+        _check_importable(scene)
     share = max(1, threads() // processes)
     rows = mesa.batch_run(
-        partial(_WholeRun, model_class, {"steps": steps, "until": until}, share),
+        partial(_WholeRun, scene, {"steps": steps, "until": until}, share),
         **_seeded(parameters, seeds),
         number_processes=processes,
         max_steps=1,
         display_progress=progress,
     )
     return [row["outcome"] for row in sorted(rows, key=lambda row: row["RunId"])]
+
+
+def _check_importable(model_class: type) -> None:
+    """Refuse a class that another process would look for in vain, and this one wait for."""
+    home = sys.modules[model_class.__module__.partition(".")[0]]
+    if not (home.__spec__ or hasattr(home, "__file__")):
+        raise ValueError(
+            f"scene is {model_class.__name__}, which other processes cannot import; put it in "
+            "the model.py of a folder and give the folder's path, or run with processes=1"
+        )
 
 
 def _seeded(parameters: Mapping[str, Any], seeds: int | Sequence[int]) -> dict[str, Any]:
@@ -79,13 +96,13 @@ def _seeded(parameters: Mapping[str, Any], seeds: int | Sequence[int]) -> dict[s
 class _WholeRun(mesa.Model):
     """A model whose single step is the whole run of another one.
 
-    How many steps a batch makes and which records it keeps differs between versions of
-    Mesa; of one step with one record, all of them make the same.
+    Versions of Mesa differ in how many steps a batch makes and which records it keeps; of
+    one step with one record, all of them make the same.
     """
 
     def __init__(
         self,
-        model_class: type[ParticleModel],
+        scene: Scene,
         length: dict[str, float | None],
         thread_count: int,
         rng: int | None = None,
@@ -94,9 +111,10 @@ class _WholeRun(mesa.Model):
         super().__init__(rng=rng)
         if threads() != thread_count:
             set_threads(thread_count)
-        self.settings = {**settings, "rng": rng}
         self.length = length
-        self.subject = model_class(**self.settings)
+        self.settings = {**settings, "rng": rng}
+        model_class = scene if isinstance(scene, type) else load_scene(scene)
+        self.subject = build(model_class, self.settings)
         self.datacollector = mesa.DataCollector({"outcome": _WholeRun.outcome})
 
     def step(self) -> None:

@@ -1,8 +1,8 @@
 """The browser page of a scene: Mesa's SolaraViz with views drawn from the agents' columns.
 
-A view is a Solara component that takes the model and is drawn anew after each step.  None
-of them calls an agent, so that a frame costs about the same for a hundred agents and for
-a hundred thousand.  This module needs the packages of ``apmethod[browser]``.
+A view is a Solara component that takes the model and is drawn anew after each step.  The
+views here read whole columns and call no agent, so that a frame of many agents costs
+little more than one of a few.  They need the packages of ``apmethod[browser]``.
 """
 
 from __future__ import annotations
@@ -20,9 +20,64 @@ from mesa.visualization.utils import update_counter
 from apmethod.field import FieldModel
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from apmethod.model import ParticleModel
 
     View = Callable[[ParticleModel], solara.Element]
+
+
+def page(
+    model_class: type[ParticleModel],
+    model_params: Mapping[str, Any],
+    *,
+    views: Sequence[View] | None = None,
+    name: str | None = None,
+    play_interval: int = 50,
+) -> solara.Element:
+    """The page of a scene, for an app to assign to ``page``.
+
+    Everyone who opens the page gets a model of their own.
+
+    Args:
+        model_class: class of the scene's model.
+        model_params: arguments for it, fixed ones and Mesa's user inputs; with "rng", or
+            each model is another one.  A model is built from them when the page opens
+            and on Reset.
+        views: what to show; by default what `default_views` gives.
+        name: title, by default the name of the class.
+        play_interval: pause between two steps while playing, in milliseconds.
+    """
+    shown = list(views or default_views(model_class))
+
+    @solara.component
+    def ScenePage():
+        model = solara.use_memo(lambda: model_class(**_as_opened(model_params)), [])
+        SolaraViz(
+            model,
+            components=shown,
+            model_params=dict(model_params),
+            name=name or model_class.__name__,
+            play_interval=play_interval,
+        )
+
+    return ScenePage()
+
+
+def _as_opened(model_params: Mapping[str, Any]) -> dict[str, Any]:
+    """The model's arguments as the inputs stand when the page opens."""
+    inputs, fixed = split_model_params(model_params)
+    return fixed | {name: options.get("value") for name, options in inputs.items()}
+
+
+# -- views -----------------------------------------------------------------------------
+
+
+def default_views(model_class: type[ParticleModel]) -> list[View]:
+    """The agents, the field of a `FieldModel`, and the diagnostics."""
+    if issubclass(model_class, FieldModel):
+        return [agents_view(), stacked(field_view(), diagnostics_view())]
+    return [agents_view(), diagnostics_view()]
 
 
 def agents_view(column: str = "mass") -> View:
@@ -33,7 +88,7 @@ def agents_view(column: str = "mass") -> View:
     """
 
     def draw(model: ParticleModel) -> Figure:
-        figure, (ax,) = _panels(1)
+        figure, (ax,), bar = _panels("agents")
         dots = ax.scatter(
             *model.particles.position.T,
             c=getattr(model.particles, column),
@@ -42,8 +97,8 @@ def agents_view(column: str = "mass") -> View:
         )
         x_min, x_max, y_min, y_max = _frame(model)
         ax.set(xlim=(x_min, x_max), ylim=(y_min, y_max), aspect="equal")
-        ax.set_title("agents")
-        figure.colorbar(dots, ax=ax, label=column)
+        figure.colorbar(dots, cax=bar).formatter.set_powerlimits((-2, 3))
+        bar.set_title(column, fontsize="medium")
         return figure
 
     return figure_view(draw)
@@ -58,11 +113,10 @@ def field_view() -> View:
         exact = model.exact(x, y, model.elapsed)
         fields = {"field": field} if exact is None else {"field": field, "exact": exact}
         top = max(values.max() for values in fields.values())
-        figure, axes = _panels(len(fields))
-        for ax, (title, values) in zip(axes, fields.items(), strict=True):
+        figure, axes, bar = _panels(*fields)
+        for ax, values in zip(axes, fields.values(), strict=True):
             image = ax.imshow(values, origin="lower", extent=model.box, vmin=0.0, vmax=top)
-            ax.set_title(title)
-        figure.colorbar(image, ax=axes)
+        figure.colorbar(image, cax=bar)
         return figure
 
     return figure_view(draw)
@@ -78,7 +132,7 @@ def figure_view(draw: Callable[[Any], Figure]) -> View:
 
     @solara.component
     def FigureView(model):
-        update_counter.get()
+        update_counter.get()  # draws again after each step
         solara.FigureMatplotlib(draw(model), format="png")
 
     return FigureView
@@ -91,64 +145,48 @@ def diagnostics_view() -> View:
     def DiagnosticsView(model):
         update_counter.get()
         numbers = model.diagnostics() | getattr(model, "errors", dict)()
-        with solara.Card("Diagnostics"), solara.Column(gap="4px"):
+        with solara.Row(gap="24px", style={"flex-wrap": "wrap"}):
             for name, value in numbers.items():
-                solara.Text(f"{name.replace('_', ' ')}: {value:.6g}")
+                with solara.Column(gap="0px"):
+                    solara.Text(name.replace("_", " "), style={"opacity": "0.6"})
+                    solara.Text(f"{value:.4g}")
 
     return DiagnosticsView
 
 
-def page(
-    model_class: type[ParticleModel],
-    model_params: Mapping[str, Any],
-    *,
-    views: Sequence[View] | None = None,
-    name: str | None = None,
-    play_interval: int = 50,
-) -> solara.Element:
-    """The page of a scene; an app assigns it to ``page``.
-
-    Everyone who opens the page gets a model of their own.
-
-    Args:
-        model_class: class of the scene's model.
-        model_params: its arguments, fixed values or Mesa's user inputs, with "rng": the
-            model starts with them, and is built anew from them on Reset.
-        views: what to show; by default the agents, the field of a `FieldModel`, and the
-            diagnostics.
-        name: title, by default the name of the class.
-        play_interval: pause between two steps while playing, in milliseconds.
-    """
-    if views is None:
-        field = [field_view()] if issubclass(model_class, FieldModel) else []
-        views = [agents_view(), *field, diagnostics_view()]
+def stacked(*views: View) -> View:
+    """Several views in one place of the page, one below the other."""
 
     @solara.component
-    def ScenePage():
-        model = solara.use_memo(lambda: model_class(**_starting_values(model_params)), [])
-        SolaraViz(
-            model,
-            components=list(views),
-            model_params=dict(model_params),
-            name=name or model_class.__name__,
-            play_interval=play_interval,
-        )
+    def Stacked(model):
+        solara.Column(children=[view(model) for view in views])
 
-    return ScenePage()
+    return Stacked
 
 
-def _starting_values(model_params: Mapping[str, Any]) -> dict[str, Any]:
-    """The model's arguments as the inputs stand when the page opens."""
-    inputs, fixed = split_model_params(model_params)
-    return fixed | {name: options.get("value") for name, options in inputs.items()}
+# -- drawing ---------------------------------------------------------------------------
 
 
-def _panels(count: int) -> tuple[Figure, np.ndarray]:
-    """A figure with square panels side by side."""
-    figure = Figure(figsize=(4.4 * count + 0.8, 4.2), layout="compressed")
-    return figure, figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
+def _panels(*titles: str) -> tuple[Figure, list[Axes], Axes]:
+    """A figure of square panels side by side, and a place for a colour bar beside them.
+
+    They are placed by hand, in inches: a layout engine draws everything twice.
+    """
+    side, left, bottom, top, gap, right = 3.6, 0.6, 0.4, 0.4, 0.2, 1.0
+    width = left + len(titles) * (side + gap) + right
+    height = bottom + side + top
+    figure = Figure(figsize=(width, height))
+
+    def place(x: float, wide: float) -> Axes:
+        return figure.add_axes((x / width, bottom / height, wide / width, side / height))
+
+    axes = [place(left + k * (side + gap), side) for k in range(len(titles))]
+    for ax, title in zip(axes, titles, strict=True):
+        ax.set_title(title)
+        ax.label_outer()
+    return figure, axes, place(width - right, 0.15)
 
 
 def _frame(model: ParticleModel) -> tuple[float, float, float, float]:
     """x_min, x_max, y_min, y_max to show: a field's box, or the domain."""
-    return getattr(model, "box", model.space.bounds)
+    return getattr(model, "box", None) or model.space.bounds

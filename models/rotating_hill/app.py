@@ -8,7 +8,10 @@ from mesa.visualization import Slider
 from apmethod import FORMS, KERNELS, load_scene
 from apmethod.view import browser
 
-views = [browser.agents_view(), browser.field_view(), browser.diagnostics_view()]
+views = [
+    browser.agents_view(),
+    browser.stacked(browser.field_view(), browser.diagnostics_view()),
+]
 
 # The ranges keep every choice stable with the time step below.
 model_params = {
