@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from apmethod.agent import AgentParticle, DiffusingParticle
+from apmethod.checks import finite_number, whole_number
 from apmethod.contribute.reconstruct import reconstruct
 from apmethod.contribute.sample import sample
 from apmethod.contribute.smoothing import kernel_named
@@ -59,23 +60,23 @@ class FieldModel(ParticleModel):
         rng: int | None = None,
         agent_class: type[AgentParticle] = DiffusingParticle,
     ):
-        if not 0.5 <= spacings <= 10.0:
-            raise ValueError(f"spacings is {spacings!r}; it must be between 0.5 and 10")
+        laws = [Diffusion(diffusivity, form), *([Flow(flow)] if flow else [])]
         self.box = tuple(box)
-        self.spacings = spacings
+        self.spacings = finite_number("spacings", spacings, above=0.0)
         x_min, x_max, y_min, y_max = self.box
         # Each seed has a lattice of its own place, so that seeds show what it matters.
         offset = np.random.default_rng(rng).random(2)
         positions, masses, spacing = sample(
-            start, particles, (x_min, y_min), (x_max, y_max), offset=offset
+            start,
+            whole_number("particles", particles, least=1), (x_min, y_min), (x_max, y_max), offset=offset
         )
         chosen = kernel_named(kernel)
         super().__init__(
             agent_class,
-            core_radius=spacings * spacing * chosen.support,
+            core_radius=self.spacings * spacing * chosen.support,
             domain=domain,
             kernel=chosen,
-            laws=[Diffusion(diffusivity, form), *([Flow(flow)] if flow else [])],
+            laws=laws,
             integrator=integrator,
             dt=dt,
             radius_rule=FollowDensity() if follow_density else None,

@@ -9,6 +9,7 @@ import mesa
 import numpy as np
 
 from apmethod.agent import AgentParticle
+from apmethod.checks import finite_number
 from apmethod.contribute.smoothing import CUBIC, Kernel, kernel_named
 from apmethod.contribute.terms import Term
 from apmethod.errors import StepFailed
@@ -101,7 +102,7 @@ class ParticleModel(mesa.Model):
         self.bus = MessageBus(self.particles, self.space, self.kernel, wanted)
         self.radius_rule = radius_rule
         self.procedure = Procedure(self, tier)
-        self.dt = None if dt is None else _positive("dt", dt)
+        self.dt = None if dt is None else finite_number("dt", dt, above=0.0)
         self._check_dt()
 
     # -- the procedure -----------------------------------------------------------------
@@ -277,9 +278,3 @@ def _unique(terms: Sequence[Term]) -> list[Term]:
         if found.setdefault(term.name, term) is not term:
             raise ValueError(f"there are two terms named {term.name!r}; rename one of them")
     return list(found.values())
-
-
-def _positive(name: str, value: float) -> float:
-    if not (isinstance(value, int | float | np.number) and 0.0 < value < np.inf):
-        raise ValueError(f"{name} is {value!r}; it must be a finite number above 0")
-    return float(value)

@@ -7,6 +7,7 @@ globals and closure cells they use, followed as deep as they go.  Editing any of
 another numba, Python or processor, makes another key.
 """
 
+import contextlib
 import dis
 import hashlib
 import os
@@ -118,9 +119,13 @@ class ContentCache(_Cache):
         target_context.refresh()
         try:
             payload = pickle.loads(path.read_bytes())
-        except (OSError, EOFError, pickle.UnpicklingError):
+            return CompileResult._rebuild(target_context, *payload)
+        except FileNotFoundError:
             return None
-        return CompileResult._rebuild(target_context, *payload)
+        except Exception:  # a damaged file can fail in any way; compiling mends them all
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+            return None
 
     def save_overload(self, sig, data) -> None:
         path = self._path(sig, data.codegen)

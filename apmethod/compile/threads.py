@@ -9,6 +9,8 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
+from apmethod.checks import whole_number
+
 _pool: ThreadPoolExecutor | None = None
 _threads: int | None = None
 
@@ -29,9 +31,7 @@ def set_threads(count: int) -> None:
         ValueError: if ``count`` is not a whole number of at least 1.
     """
     global _threads, _pool
-    if not isinstance(count, int) or count < 1:
-        raise ValueError(f"threads is {count!r}; it must be a whole number, 1 or more")
-    _threads, _pool = count, None
+    _threads, _pool = whole_number("threads", count, least=1), None
 
 
 def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> None:

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 
+from apmethod.checks import finite_number
 from apmethod.compile import compiled, in_blocks, inlined
 from apmethod.contribute.smoothing import GAUSSIAN_6, Kernel
 from apmethod.perceive.cells import sort_into_cells
@@ -44,10 +45,7 @@ def reconstruct(
     points = np.ascontiguousarray(points, float)
     if points.ndim != 2 or points.shape[1] != 2:
         raise ValueError(f"points has shape {points.shape}; it must be (n, 2)")
-    if not 0.0 < smoothing_length < np.inf:
-        raise ValueError(
-            f"smoothing_length is {smoothing_length!r}; it must be a finite number above 0"
-        )
+    smoothing_length = finite_number("smoothing_length", smoothing_length, above=0.0)
     values = np.zeros(len(points))
     if len(positions) == 0:
         return values

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from apmethod.checks import whole_number
+
 Field = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -36,8 +38,7 @@ def sample(
     Raises:
         ValueError: for a count below 1, a field that is negative, not finite or zero.
     """
-    if not isinstance(count, int | np.integer) or count < 1:
-        raise ValueError(f"count is {count!r}; it must be a whole number, 1 or more")
+    count = whole_number("count", count, least=1)
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
     area = _area_above(field, lower, upper, least)
     spacing = np.sqrt(area / count)

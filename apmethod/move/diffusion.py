@@ -21,6 +21,7 @@ from math import sqrt
 
 import numpy as np
 
+from apmethod.checks import finite_number
 from apmethod.compile import inlined
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import (
@@ -110,16 +111,14 @@ class Diffusion(Law):
     def __init__(self, diffusivity: float, form: str = "blob", limit: float = 6.0):
         if form not in FORMS:
             raise ValueError(f"form is {form!r}; it must be one of {', '.join(FORMS)}")
-        for name, value in (("diffusivity", diffusivity), ("limit", limit)):
-            if not (np.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} is {value!r}; it must be a finite number, 0 or more")
         self.form = FORMS[form]
-        self.diffusivity = float(diffusivity)
+        self.diffusivity = finite_number("diffusivity", diffusivity, least=0.0)
+        limit = finite_number("limit", limit, least=0.0)
         super().__init__(
             f"diffusion velocity, {form} form",
             self.form.formula,
             reads=self.form.reads,
-            parameters={"diffusivity": self.diffusivity, "limit": float(limit)},
+            parameters={"diffusivity": self.diffusivity, "limit": limit},
             terms=self.form.terms,
         )
 

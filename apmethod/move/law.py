@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from apmethod.checks import finite_number
 from apmethod.compile import column_reader, compiled, in_blocks, inlined, namespace, plain
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
@@ -52,11 +53,8 @@ class Law:
         self.name = name
         self.formula = formula
         self.reads = tuple(reads)
-        self.parameters = dict(parameters or {})
+        self.parameters = {k: finite_number(k, v) for k, v in (parameters or {}).items()}
         self.terms = tuple(terms)
-        for key, value in self.parameters.items():
-            if not np.isfinite(value):
-                raise ValueError(f"{key} is {value!r}; it must be a finite number")
 
     def __repr__(self) -> str:
         values = ", ".join(f"{key}={value:g}" for key, value in self.parameters.items())

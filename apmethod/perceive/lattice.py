@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from apmethod.checks import finite_number
 from apmethod.perceive.cells import SortedCells, sort_into_cells
 from apmethod.perceive.domain import Domain, Open, distance_2
 from apmethod.perceive.pairs import neighbour_pairs
@@ -61,10 +62,9 @@ class QuadLattice:
 
     @core_radius.setter
     def core_radius(self, value: float) -> None:
-        if not (isinstance(value, int | float | np.number) and 0.0 < value < np.inf):
-            raise ValueError(f"core_radius is {value!r}; it must be a finite number above 0")
+        value = finite_number("core_radius", value, above=0.0)
         self.domain.check_radius(value)
-        self._core_radius = float(value)
+        self._core_radius = value
 
     # -- the state that all questions are answered from --------------------------------
 

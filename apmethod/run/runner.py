@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from apmethod.checks import finite_number, whole_number
 from apmethod.errors import StepFailed
 
 if TYPE_CHECKING:
@@ -94,10 +95,10 @@ def run(
     """
     if until is not None and steps is not None:
         raise ValueError(f"until is {until} and steps is {steps}; give one of them")
-    if steps is not None and steps < 1:
-        raise ValueError(f"steps is {steps}; it must be 1 or more")
-    if until is not None and not model.elapsed < until < np.inf:
-        raise ValueError(f"until is {until}; it must be a finite time after {model.elapsed:g}")
+    if steps is not None:
+        steps = whole_number("steps", steps, least=1)
+    if until is not None:
+        until = finite_number("until", until, above=model.elapsed)
     if steps is not None:
         model.until = None
     elif until is not None:

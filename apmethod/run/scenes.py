@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import difflib
+import hashlib
 import importlib
 import importlib.util
 import inspect
@@ -57,7 +58,8 @@ def _import_folder(folder: Path) -> ModuleType:
     for home in apmethod.scenes.__path__:
         if folder.parent == Path(home).resolve():
             return importlib.import_module(f"apmethod.scenes.{folder.name}.model")
-    name = f"apmethod_scene_{abs(hash(str(folder)))}"
+    # The same name in every process, or machine code cached under it would not load.
+    name = f"apmethod_scene_{hashlib.sha256(str(folder).encode()).hexdigest()[:12]}"
     if name not in sys.modules:
         package = ModuleType(name)
         package.__path__ = [str(folder)]

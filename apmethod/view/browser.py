@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import solara
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from mesa.visualization import SolaraViz
 from mesa.visualization.solara_viz import split_model_params
 from mesa.visualization.utils import update_counter
@@ -25,6 +26,13 @@ if TYPE_CHECKING:
     from apmethod.model import ParticleModel
 
     View = Callable[[ParticleModel], solara.Element]
+
+#: Equal columns, so that numbers stay in their places when they change.
+_GRID = {
+    "display": "grid",
+    "gap": "8px",
+    "grid-template-columns": "repeat(auto-fill, minmax(90px, 1fr))",
+}
 
 
 def page(
@@ -88,7 +96,7 @@ def agents_view(column: str = "mass") -> View:
     """
 
     def draw(model: ParticleModel) -> Figure:
-        figure, (ax,), bar = _panels("agents")
+        figure, (ax,), bar = _panels(f"agents, by {column}")
         dots = ax.scatter(
             *model.particles.position.T,
             c=getattr(model.particles, column),
@@ -97,8 +105,7 @@ def agents_view(column: str = "mass") -> View:
         )
         x_min, x_max, y_min, y_max = _frame(model)
         ax.set(xlim=(x_min, x_max), ylim=(y_min, y_max), aspect="equal")
-        figure.colorbar(dots, cax=bar).formatter.set_powerlimits((-2, 3))
-        bar.set_title(column, fontsize="medium")
+        figure.colorbar(dots, cax=bar, ticks=_few_ticks())
         return figure
 
     return figure_view(draw)
@@ -116,7 +123,7 @@ def field_view() -> View:
         figure, axes, bar = _panels(*fields)
         for ax, values in zip(axes, fields.values(), strict=True):
             image = ax.imshow(values, origin="lower", extent=model.box, vmin=0.0, vmax=top)
-        figure.colorbar(image, cax=bar)
+        figure.colorbar(image, cax=bar, ticks=_few_ticks())
         return figure
 
     return figure_view(draw)
@@ -145,7 +152,7 @@ def diagnostics_view() -> View:
     def DiagnosticsView(model):
         update_counter.get()
         numbers = model.diagnostics() | getattr(model, "errors", dict)()
-        with solara.Row(gap="24px", style={"flex-wrap": "wrap"}):
+        with solara.Div(style=_GRID):
             for name, value in numbers.items():
                 with solara.Column(gap="0px"):
                     solara.Text(name.replace("_", " "), style={"opacity": "0.6"})
@@ -172,7 +179,7 @@ def _panels(*titles: str) -> tuple[Figure, list[Axes], Axes]:
 
     They are placed by hand, in inches: a layout engine draws everything twice.
     """
-    side, left, bottom, top, gap, right = 3.6, 0.6, 0.4, 0.4, 0.2, 1.0
+    side, left, bottom, top, gap, right = 3.6, 0.6, 0.4, 0.4, 0.2, 0.9
     width = left + len(titles) * (side + gap) + right
     height = bottom + side + top
     figure = Figure(figsize=(width, height))
@@ -183,8 +190,15 @@ def _panels(*titles: str) -> tuple[Figure, list[Axes], Axes]:
     axes = [place(left + k * (side + gap), side) for k in range(len(titles))]
     for ax, title in zip(axes, titles, strict=True):
         ax.set_title(title)
-        ax.label_outer()
+        ax.set(xticks=[], yticks=[])
+    axes[0].xaxis.set_major_locator(_few_ticks())
+    axes[0].yaxis.set_major_locator(_few_ticks())
     return figure, axes, place(width - right, 0.15)
+
+
+def _few_ticks() -> MaxNLocator:
+    """Round numbers, and few of them: ticks take most of the time of a frame."""
+    return MaxNLocator(3, steps=[1, 2, 5, 10])
 
 
 def _frame(model: ParticleModel) -> tuple[float, float, float, float]:

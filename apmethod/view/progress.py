@@ -18,10 +18,14 @@ def progress_bar(title: str) -> Iterator[Callable[[float, int], None]]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        task = progress.add_task(title, total=1.0, steps=0)
+    progress = Progress(*columns, console=Console(stderr=True))
+    task = progress.add_task(title, total=1.0, steps=0)
 
-        def report(share: float, steps: int) -> None:
-            progress.update(task, completed=share, steps=steps)
+    def report(share: float, steps: int) -> None:
+        progress.start()  # at the first step, so that refused input shows no bar
+        progress.update(task, completed=share, steps=steps)
 
+    try:
         yield report
+    finally:
+        progress.stop()
