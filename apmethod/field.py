@@ -68,7 +68,10 @@ class FieldModel(ParticleModel):
         offset = np.random.default_rng(rng).random(2)
         positions, masses, spacing = sample(
             start,
-            whole_number("particles", particles, least=1), (x_min, y_min), (x_max, y_max), offset=offset
+            whole_number("particles", particles, least=1),
+            (x_min, y_min),
+            (x_max, y_max),
+            offset=offset,
         )
         chosen = kernel_named(kernel)
         super().__init__(

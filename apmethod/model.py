@@ -93,14 +93,17 @@ class ParticleModel(mesa.Model):
         for law in laws:
             law.check(self.kernel)
         self._own_w = float(self.kernel.w(0.0, 1.0))
-        self.motion = Motion(
-            self.particles, self.space.domain, laws, integrator_named(integrator)
-        )
+        self.motion = Motion(self.particles, self.space.domain, laws, integrator_named(integrator))
         wanted = _unique(
             [*(t for law in laws for t in law.terms), *terms, *_declared_terms(classes)]
         )
         self.bus = MessageBus(self.particles, self.space, self.kernel, wanted)
         self.radius_rule = radius_rule
+        if radius_rule is not None and "density" not in self.particles:
+            raise ValueError(
+                f"radius_rule is {radius_rule!r}, and nothing delivers a density; give a law "
+                "that exchanges one, such as Diffusion"
+            )
         self.procedure = Procedure(self, tier)
         self.dt = None if dt is None else finite_number("dt", dt, above=0.0)
         self._check_dt()
@@ -118,7 +121,7 @@ class ParticleModel(mesa.Model):
         """
         with self._whole_or_not_at_all():
             if self.radius_rule is not None:
-                self.radius_rule.adapt(self)
+                self.radius_rule.adapt(self.space, self.particles)
             dt = self.next_dt()
             self.motion.begin(self.elapsed, dt)
             for stage in self.motion.stages():

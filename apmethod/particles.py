@@ -218,7 +218,9 @@ class Particles:
         self.declare_class(cls)
         unknown = [name for name in values if not isinstance(getattr(cls, name, None), Column)]
         if unknown:
-            declared = ", ".join(n for n in self.columns if isinstance(getattr(cls, n, None), Column))
+            declared = ", ".join(
+                n for n in self.columns if isinstance(getattr(cls, n, None), Column)
+            )
             raise TypeError(f"{cls.__name__} has no column {unknown[0]!r}; it has {declared}")
         arrays = {name: self.columns[name].checked(v, count) for name, v in values.items()}
         for name in arrays.keys() & self.checks.keys():
@@ -261,7 +263,7 @@ class Particles:
             self.array(name)[:] = values
 
     def first_not_finite(self) -> tuple[str, AgentParticle] | None:
-        """The first column with a NaN or infinity, and an agent that has it; None if all is well."""
+        """The first column with a NaN or infinity, and an agent that has it; or None."""
         # Position last: a NaN gets there from a sum, which is what one wants to know.
         for name, column in sorted(self.columns.items(), key=lambda item: item[0] == "position"):
             if name.startswith("_"):

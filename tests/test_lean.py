@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from apmethod import AgentParticle, Diffusion, DiffusingParticle, ParticleModel
+from apmethod import AgentParticle, DiffusingParticle, Diffusion, ParticleModel
 from apmethod.message import gather
 
 HEAVY = ("mesa", "numba", "solara", "matplotlib", "scipy", "pandas")

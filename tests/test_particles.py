@@ -85,7 +85,7 @@ def test_a_removed_agent_says_so():
 
 def test_mesas_own_ways_work():
     model = nest()
-    assert isinstance(model.agents, AgentSet)
+    assert isinstance(model.agents.select(at_most=2), AgentSet)
     assert len(model.agents.select(lambda ant: ant.position[0] > 3.0)) == 3
     assert sum(model.agents.get("energy")) == 10.0
     model.agents.set("energy", 1.0)
@@ -124,7 +124,9 @@ def test_bad_values_are_refused_by_name_and_leave_no_agent(columns, message):
 
 
 def test_an_unknown_column_is_refused_with_those_there_are():
-    with pytest.raises(TypeError, match="Ant has no column 'colour'; it has position, mass, energy"):
+    with pytest.raises(
+        TypeError, match="Ant has no column 'colour'; it has position, mass, energy"
+    ):
         Ant(nest(), colour="red")
 
 

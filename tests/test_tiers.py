@@ -7,12 +7,10 @@ from samples import Curious, build, column_by_id
 from apmethod import (
     FORMS,
     Bounded,
-    DiffusingParticle,
     Open,
     Periodic,
     StepFailed,
 )
-
 
 DOMAINS = {
     "open": Open(),
@@ -92,7 +90,9 @@ def test_the_fourth_order_kernel():
     )
 
 
-@pytest.mark.parametrize("integrator", ["euler", "predictor_corrector", "midpoint", "rk4", "strang"])
+@pytest.mark.parametrize(
+    "integrator", ["euler", "predictor_corrector", "midpoint", "rk4", "strang"]
+)
 def test_every_integrator(integrator):
     assert_same(
         *(build(60, integrator=integrator, dt=1e-2, tier=t) for t in ("compiled", "agents"))
@@ -159,7 +159,8 @@ def test_agents_may_leave_while_they_move():
                 self.remove()
 
     models = [
-        build(40, agent_class=Curious, others=[Leaver], tier=tier) for tier in ("compiled", "agents")
+        build(40, agent_class=Curious, others=[Leaver], tier=tier)
+        for tier in ("compiled", "agents")
     ]
     assert_same(*models, steps=1)
     assert len(models[0].agents) == 35

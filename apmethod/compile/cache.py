@@ -110,9 +110,11 @@ class ContentCache(_Cache):
 
     @property
     def cache_path(self) -> str:
+        """The folder, as numba asks for it."""
         return str(cache_folder())
 
     def load_overload(self, sig, target_context):
+        """The machine code for a signature, or None."""
         path = self._path(sig, target_context.codegen())
         if path is None:
             return None
@@ -128,6 +130,7 @@ class ContentCache(_Cache):
             return None
 
     def save_overload(self, sig, data) -> None:
+        """Keep the machine code for a signature."""
         path = self._path(sig, data.codegen)
         if path is None or data.library.has_dynamic_globals or data.lifted:
             return
@@ -155,11 +158,14 @@ class ContentCache(_Cache):
         return cache_folder() / f"{self._function.__name__}-{name}.bin"
 
     def enable(self) -> None:
+        """Use the cache."""
         self._enabled = True
 
     def disable(self) -> None:
+        """Leave the cache alone."""
         self._enabled = False
 
     def flush(self) -> None:
+        """Forget what functions of this name have left."""
         for file in cache_folder().glob(f"{self._function.__name__}-*.bin"):
             file.unlink(missing_ok=True)

@@ -59,9 +59,7 @@ def _lattice(
     offset: Sequence[float],
     least: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    axes = [
-        np.arange(lower[k] + (offset[k] % 1.0) * spacing, upper[k], spacing) for k in range(2)
-    ]
+    axes = [np.arange(lower[k] + (offset[k] % 1.0) * spacing, upper[k], spacing) for k in range(2)]
     x, y = (part.ravel() for part in np.meshgrid(*axes))
     values = np.asarray(field(x, y), float)
     inside = values > least * values.max(initial=0.0)

@@ -162,10 +162,10 @@ class Term(Column):
 def term(parity: str | None = None, **options: Any) -> Callable[[Callable], Term]:
     """Decorate a pair formula as a `Term`, at module level or in an agent class::
 
-        class Sheep(AgentParticle):
-            @term("even")
-            def crowd(pair, i, j):
-                return pair.w
+    class Sheep(AgentParticle):
+        @term("even")
+        def crowd(pair, i, j):
+            return pair.w
     """
     return lambda formula: Term(formula, parity, **options)
 

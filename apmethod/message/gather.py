@@ -30,9 +30,7 @@ class GatherPass:
         periodic: whether sorted cells may hold images.
     """
 
-    def __init__(
-        self, terms: Sequence[Term], kernel: Kernel, particles: Particles, periodic: bool
-    ):
+    def __init__(self, terms: Sequence[Term], kernel: Kernel, particles: Particles, periodic: bool):
         self.terms = tuple(terms)
         self.kernel = kernel
         self.particles = particles

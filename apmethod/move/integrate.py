@@ -80,9 +80,7 @@ STRANG = Integrator(
     "strang", 2, (Stage(0.0, 0.5, 0.0, interacts=False), *MIDPOINT.stages), 2.0, splits=True
 )
 #: Velocities live half a step before the positions.
-LEAP_FROG = Integrator(
-    "leap_frog", 2, (Stage(0.0, 0.0, 1.0, moves=True),), 0.0, of="acceleration"
-)
+LEAP_FROG = Integrator("leap_frog", 2, (Stage(0.0, 0.0, 1.0, moves=True),), 0.0, of="acceleration")
 #: The agents go to the new place first and feel the force there.
 VERLET = Integrator(
     "velocity_verlet",
@@ -92,9 +90,7 @@ VERLET = Integrator(
     of="acceleration",
 )
 
-INTEGRATORS = {
-    each.name: each for each in (EULER, MIDPOINT, HEUN, RK4, STRANG, LEAP_FROG, VERLET)
-}
+INTEGRATORS = {each.name: each for each in (EULER, MIDPOINT, HEUN, RK4, STRANG, LEAP_FROG, VERLET)}
 
 
 def integrator_named(name: str | Integrator) -> Integrator:

@@ -77,9 +77,7 @@ class Law:
         p = self._names(*now, *self.parameters.values())
         return np.array(self.formula(agent, p), float)
 
-    def add_to(
-        self, total: np.ndarray, particles: Particles, rows: np.ndarray, now: Now
-    ) -> None:
+    def add_to(self, total: np.ndarray, particles: Particles, rows: np.ndarray, now: Now) -> None:
         """Add the law's value for the agents in ``rows`` to those rows of ``total``, (n, 2)."""
         columns = tuple(particles.array(name) for name in self.reads) or (total,)
         p = np.array([*now, *self.parameters.values()])

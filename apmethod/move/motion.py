@@ -177,9 +177,7 @@ class Motion:
         else:
             self.particles.array("_acceleration")[rows] = self.particles.array("_rate")[rows]
 
-    def _carry(
-        self, to: str, place: str, rows: np.ndarray, in_python: bool, time: float
-    ) -> None:
+    def _carry(self, to: str, place: str, rows: np.ndarray, in_python: bool, time: float) -> None:
         """Half a step in the split flow."""
         arrived, places = self.particles.array(to), self.particles.array(place)
         self.split_flow.carry(

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from apmethod.model import ParticleModel
+    from apmethod.particles import Particles
+    from apmethod.perceive.lattice import QuadLattice
 
 
 class FollowDensity:
@@ -27,22 +28,20 @@ class FollowDensity:
     def __repr__(self) -> str:
         return "follows the mean density, to keep the number of neighbours"
 
-    def adapt(self, model: ParticleModel) -> None:
-        """Set the space's core radius from the density that was last delivered."""
-        if "density" not in model.particles:
-            raise ValueError("the core radius follows the density, but no term delivers one")
-        mass, density = model.particles.array("mass"), model.particles.array("density")
+    def adapt(self, space: QuadLattice, particles: Particles) -> None:
+        """Set the core radius from the density that agents last received."""
+        mass, density = particles.array("mass"), particles.array("density")
         total = mass.sum()
         mean = (mass * density).sum() / total if total else 0.0
         if not (np.isfinite(mean) and mean > 0.0):
             return  # nothing delivered yet
         if self._first is None:
-            self._first = (model.space.core_radius, mean)
+            self._first = (space.core_radius, mean)
         radius, first = self._first
-        model.space.core_radius = min(radius * np.sqrt(first / mean), _largest(model))
+        space.core_radius = min(radius * np.sqrt(first / mean), _largest(space))
 
 
-def _largest(model: ParticleModel) -> float:
+def _largest(space: QuadLattice) -> float:
     """Half of the shortest periodic side."""
-    periods = [period for period in model.space.domain.periods if period]
+    periods = [period for period in space.domain.periods if period]
     return 0.5 * min(periods, default=np.inf)

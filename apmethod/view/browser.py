@@ -97,10 +97,11 @@ def agents_view(column: str = "mass") -> View:
 
     def draw(model: ParticleModel) -> Figure:
         figure, (ax,), bar = _panels(f"agents, by {column}")
+        area = 20_000.0 / max(len(model.particles), 1)
         dots = ax.scatter(
             *model.particles.position.T,
             c=getattr(model.particles, column),
-            s=np.clip(20_000.0 / max(len(model.particles), 1), 0.5, 30.0),
+            s=np.clip(area, 0.5, 30.0),
             linewidths=0,
         )
         x_min, x_max, y_min, y_max = _frame(model)
@@ -156,7 +157,7 @@ def diagnostics_view() -> View:
             for name, value in numbers.items():
                 with solara.Column(gap="0px"):
                     solara.Text(name.replace("_", " "), style={"opacity": "0.6"})
-                    solara.Text(f"{value:.4g}")
+                    solara.Text(str(value) if isinstance(value, int) else f"{value:.4g}")
 
     return DiagnosticsView
 

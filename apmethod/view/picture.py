@@ -44,7 +44,9 @@ def _draw_field(figure: Figure, run: Run) -> None:
     for ax, (name, values) in zip(axes, panels, strict=True):
         difference = name == "end - exact"
         largest = np.abs(values).max() or 1.0
-        limits = (-largest, largest) if difference else (0.0, values.max() if name == "start" else top)
+        limits = (
+            (-largest, largest) if difference else (0.0, values.max() if name == "start" else top)
+        )
         image = ax.imshow(
             values,
             origin="lower",

@@ -74,5 +74,5 @@ def test_what_cannot_be_laid_down_is_refused(field, count, message):
 def test_bad_points_and_lengths_are_refused():
     with pytest.raises(ValueError, match=r"points has shape \(2,\); it must be \(n, 2\)"):
         reconstruct(np.zeros(2), np.zeros((1, 2)), np.ones(1), 1.0)
-    with pytest.raises(ValueError, match="smoothing_length is 0.0"):
+    with pytest.raises(ValueError, match=r"smoothing_length is 0\.0"):
         reconstruct(np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1), 0.0)

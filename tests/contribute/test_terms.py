@@ -24,7 +24,7 @@ def test_a_term_that_does_not_hold_its_parity_is_refused():
     def crowd(pair, i, j):
         return pair.w
 
-    with pytest.raises(ValueError, match="'crowd' is declared odd but gives 0.7 to one end"):
+    with pytest.raises(ValueError, match=r"'crowd' is declared odd but gives 0\.7 to one end"):
         model_with(crowd)
 
 

@@ -8,7 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-
 from apmethod.scenes.diffusion import DensityDiffusion
 from apmethod.scenes.rotating_hill import RotatingHill
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from samples import Curious, build
 
 from apmethod import AgentParticle, ParticleModel, Periodic, term

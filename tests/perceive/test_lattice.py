@@ -178,7 +178,7 @@ def test_a_bad_core_radius_is_refused(radius):
 
 
 def test_a_periodic_domain_must_be_two_core_radii_long():
-    with pytest.raises(ValueError, match="1 long along x and the core radius is 0.6"):
+    with pytest.raises(ValueError, match=r"1 long along x and the core radius is 0\.6"):
         ParticleModel(AgentParticle, core_radius=0.6, domain=Periodic((0, 0), (1, 2)))
 
 

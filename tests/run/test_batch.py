@@ -8,12 +8,12 @@ import types
 
 import mesa
 import pytest
+from apmethod.scenes.rotating_hill import RotatingHill
 
 from apmethod import StepFailed, set_threads
 from apmethod.compile.threads import threads
 from apmethod.run.batch import batch_run
 from apmethod.run.runner import run
-from apmethod.scenes.rotating_hill import RotatingHill
 
 PARAMETERS = {"particles": 60, "form": ["blob", "plain"]}
 SEEDS = [1, 2]

@@ -79,7 +79,16 @@ def test_the_tiers_end_at_the_same_place(capsys, tmp_path):
 
 def test_until(capsys, tmp_path):
     _, out, _ = call(
-        capsys, "run", "rotating_hill", "--particles", 300, "--until", 0.5, "--json", "--out", tmp_path
+        capsys,
+        "run",
+        "rotating_hill",
+        "--particles",
+        300,
+        "--until",
+        0.5,
+        "--json",
+        "--out",
+        tmp_path,
     )
     assert json.loads(out)["time"] == 0.5
 
@@ -115,8 +124,14 @@ def test_scenes_are_listed(capsys):
         (["run", "rotatin_hill"], "did you mean 'rotating_hill'?"),
         (["run", "rotating_hill", "--set", "particels=9"], "did you mean 'particles'?"),
         (["run", "rotating_hill", "--set", "particles"], "it must be name=value"),
-        (["run", "rotating_hill", "--steps", "0"], "steps is 0; it must be a whole number, 1 or more"),
-        (["run", "rotating_hill", "--until", "-1"], "until is -1.0; it must be a finite number above 0"),
+        (
+            ["run", "rotating_hill", "--steps", "0"],
+            "steps is 0; it must be a whole number, 1 or more",
+        ),
+        (
+            ["run", "rotating_hill", "--until", "-1"],
+            "until is -1.0; it must be a finite number above 0",
+        ),
         (["run", "rotating_hill", "--set", "dt=9"], "dt is 9, which is unstable"),
         (["run", "rotating_hill", "--particles", "-5"], "particles is -5"),
         (["run", "rotating_hill", "--set", "diffusivity=-1"], "diffusivity is -1"),
