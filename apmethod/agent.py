@@ -78,6 +78,13 @@ class AgentParticle(mesa.Agent):
             super().remove()
             self.model.particles.remove(self)
 
+    def __repr__(self) -> str:
+        name = f"{type(self).__name__} {self.unique_id}"
+        if self._row is None:
+            return f"<{name}, removed>"
+        x, y = self.position
+        return f"<{name} at ({x:.4g}, {y:.4g})>"
+
     # -- the steps ---------------------------------------------------------------------
 
     def perceive(self) -> None:

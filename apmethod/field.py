@@ -93,16 +93,15 @@ class FieldModel(ParticleModel):
         """The solution at points and a time, or None where it is not known."""
         return None
 
-    def field(self, points: np.ndarray) -> np.ndarray:
-        """u at ``points``, of shape (n, 2), from the agents as they stand."""
+    def field(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """u at points, x and y of one shape, from the agents as they stand."""
         spacing = self.bus.smoothing_length / self.spacings
-        return reconstruct(
-            points,
-            self.particles.position,
-            self.particles.mass,
-            2.0 * spacing,
-            domain=self.space.domain,
+        points = np.column_stack([np.ravel(x), np.ravel(y)])
+        table = self.particles
+        values = reconstruct(
+            points, table.position, table.mass, 2.0 * spacing, domain=self.space.domain
         )
+        return values.reshape(np.shape(x))
 
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
         """x and y of a regular grid over the box, each of shape (160, 160)."""
@@ -115,8 +114,7 @@ class FieldModel(ParticleModel):
         exact = self.exact(x, y, self.elapsed)
         if exact is None:
             return {}
-        found = self.field(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
-        off = found - exact
+        off = self.field(x, y) - exact
         return {
             "l2_error": float(np.sqrt((off**2).sum() / (exact**2).sum())),
             "linf_error": float(np.abs(off).max() / np.abs(exact).max()),

@@ -13,6 +13,7 @@ from apmethod.checks import finite_number
 from apmethod.contribute.smoothing import CUBIC, Kernel, kernel_named
 from apmethod.contribute.terms import Term
 from apmethod.errors import StepFailed
+from apmethod.mesa_versions import stay_alive
 from apmethod.message.bus import MessageBus
 from apmethod.move.diffusion import Diffusion
 from apmethod.move.integrate import Integrator, integrator_named
@@ -133,9 +134,11 @@ class ParticleModel(mesa.Model):
                         self.contribute(number)
                         self.message()
                 self.advance(stage)
-            self.motion.end()
+            self.motion.arrived()
             self._check_finite()
             self.elapsed = self._landed(dt)
+            # What Mesa's batch runs and browser page go by.
+            self.running = self.until is None or self.elapsed < self.until
 
     def perceive(self) -> None:
         """All agents find their neighbours; skipped where nobody asks for them."""
@@ -223,8 +226,10 @@ class ParticleModel(mesa.Model):
                 error.add_note("agents came or went in the step, which could not be undone")
             if not isinstance(error, StepFailed):
                 error.add_note(f"in step {self.steps}, from time {self.elapsed:g}")
+            stay_alive(self)
             raise
         finally:
+            self.motion.end()
             self.bus.close()
             self.space.forget()
 

@@ -14,6 +14,8 @@ class Curious(DiffusingParticle):
     """An agent with a term of each parity."""
 
     charge = Column(start=1.0)
+    gaze = Column(2, start=(0.6, 0.8))
+    moods = Column(dtype=int, start=3)
 
     @term("even", own=True)
     def count(pair, i, j):
@@ -26,10 +28,11 @@ class Curious(DiffusingParticle):
         size = i.charge * j.charge * pair.w
         return size * pair.x, size * pair.y
 
-    @term("directed", reads=("charge",), weight="mass")
+    @term("directed", reads=("charge", "gaze", "moods"), weight="mass")
     def envy(pair, i, j):
         """What the neighbours have more."""
-        return max(j.charge - i.charge, 0.0) * pair.distance
+        ahead = i.gaze[0] * pair.x + i.gaze[1] * pair.y
+        return max(j.charge - i.charge, 0.0) * (pair.distance + ahead + j.moods)
 
 
 def build(

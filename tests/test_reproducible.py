@@ -5,10 +5,10 @@ import subprocess
 import sys
 
 import pytest
-from samples import Curious, build
 
 from apmethod import Periodic, set_threads
 from apmethod.compile import threads
+from samples import Curious, build
 
 SCRIPT = """
 import sys

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from samples import Curious, build, column_by_id
 
 from apmethod import (
     FORMS,
@@ -11,6 +10,7 @@ from apmethod import (
     Periodic,
     StepFailed,
 )
+from samples import Curious, build, column_by_id
 
 DOMAINS = {
     "open": Open(),
@@ -187,3 +187,46 @@ def test_a_nan_stops_the_run_and_names_step_agent_and_column(tier):
         model.step()
     assert (model.particles.position == before).all()
     assert model.elapsed == pytest.approx(0.003)
+
+
+def test_a_model_goes_on_after_a_step_that_failed():
+    def hiccup(x, y, t):
+        return (np.inf if stumble[0] else 1.0), 0.0
+
+    stumble = [True]
+    model = build(5, flow=hiccup, tier="agents", integrator="euler")
+    for _ in range(2):
+        with np.errstate(invalid="ignore"), pytest.raises(StepFailed):
+            model.step()
+    stumble[0] = False
+    model.step()
+    assert model.elapsed == pytest.approx(1e-3)
+
+
+def test_ctrl_c_puts_the_agents_back():
+    class Impatient(Curious):
+        def move(self):
+            raise KeyboardInterrupt
+
+    model = build(10, agent_class=Curious, others=[Impatient])
+    before = model.particles.position.copy()
+    with pytest.raises(KeyboardInterrupt):
+        model.step()
+    assert (model.particles.position == before).all()
+    assert model.elapsed == 0.0
+
+
+def test_steps_called_by_hand_say_what_is_missing():
+    agent = build(3).agents[0]
+    with pytest.raises(RuntimeError, match=r"call model.bus.open\(0\) first"):
+        agent.contribute()
+    with pytest.raises(RuntimeError, match="agents move within a step of their model"):
+        agent.move()
+
+
+def test_agents_tell_who_they_are():
+    model = build(2, positions=np.array([[0.25, 0.5], [1.0, 2.0]]))
+    agent = model.agents[0]
+    assert repr(agent) == "<DiffusingParticle 1 at (0.25, 0.5)>"
+    agent.remove()
+    assert repr(agent) == "<DiffusingParticle 1, removed>"

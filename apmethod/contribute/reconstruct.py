@@ -54,9 +54,8 @@ def reconstruct(
     )
     low, high = cells.around(points)
     in_blocks(
-        _compile_sum(kernel), len(points), points, low, high, cells.x + cells.shift_x,
-        cells.y + cells.shift_y, np.asarray(masses, float)[cells.row], smoothing_length, values,
-        least=1000,
+        _compile_sum(kernel), len(points), points, low, high, *cells.places(),
+        np.asarray(masses, float)[cells.row], smoothing_length, values, least=1000,
     )  # fmt: skip
     return values
 

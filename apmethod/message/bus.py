@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba.core.errors import NumbaError
 
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term, pair_maker
@@ -82,7 +83,15 @@ class MessageBus:
 
         ``rows`` are the table's rows that the cells were made from, None for all.
         """
-        self._pass(cells, self._sums, rows)
+        try:
+            self._pass(cells, self._sums, rows)
+        except NumbaError as error:
+            names = ", ".join(term.name for term in self.terms)
+            error.add_note(
+                f"compiling terms {names}; their formulas must be Python that numba compiles, or "
+                "run the scene with tier='agents'"
+            )
+            raise
 
     def deliver_all(self, rows: np.ndarray | None = None) -> None:
         """Write the sums to the columns, for all agents or those in ``rows``."""
@@ -121,6 +130,7 @@ class MessageBus:
 
     def post(self, sender: AgentParticle, receiver: AgentParticle, message: Message) -> None:
         """Send ``message``, one number for each part of each term, to ``receiver``."""
+        self._must_be_open()
         self._mail.setdefault(receiver, {})[sender] = message
         self._sums[self.particles.row(receiver)] += message
 
@@ -134,8 +144,15 @@ class MessageBus:
 
     def read(self, agent: AgentParticle) -> dict[str, float | np.ndarray]:
         """What all messages to ``agent`` add up to, by name of the term."""
+        self._must_be_open()
         sums = self._sums[self.particles.row(agent)]
         return {term.name: sums[part] for term, part in self._parts()}
+
+    def _must_be_open(self) -> None:
+        if not self.terms:
+            raise RuntimeError(
+                "messages are exchanged in a round; call model.bus.open(0) first, or model.step()"
+            )
 
     def _parts(self) -> list[tuple[Term, int | slice]]:
         """Each term of the round with its place in a message."""

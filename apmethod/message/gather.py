@@ -7,7 +7,7 @@ all terms of the round in one pass.  An agent's sum has one order, so the result
 same bits however the agents are cut into blocks for threads.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 
 import numpy as np
@@ -18,6 +18,7 @@ from apmethod.contribute.terms import Term, pair_maker
 from apmethod.particles import Particles
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import distance_2
+from apmethod.perceive.sorting import take
 
 
 class GatherPass:
@@ -46,18 +47,20 @@ class GatherPass:
         ``rows`` are the rows of the table that the cells were made from, None for all.
         """
         where = cells.row if rows is None else rows[cells.row]
-        table = np.empty((max(self._rows, 1), len(where)))
-        line = 0
-        for name in self.reads:
-            values = self.particles.array(name)
-            for part in values.T if values.ndim == 2 else (values,):
-                np.take(part, where, out=table[line])
-                line += 1
+        table = np.empty((self._rows, len(where)))
+        for line, component in enumerate(self._components()):
+            in_blocks(take, len(where), where, component, table[line])
         in_blocks(
             self._run, len(cells.number), cells.start, cells.low, cells.high, where, cells.image,
             cells.x, cells.y, cells.shift_x, cells.shift_y, table, cells.longest,
             cells.core_radius, cells.core_radius / self.kernel.support, sums, least=200,
         )  # fmt: skip
+
+    def _components(self) -> Iterator[np.ndarray]:
+        """The columns that the terms read, vectors by component."""
+        for name in self.reads:
+            values = self.particles.array(name)
+            yield from values.T if values.ndim == 2 else (values,)
 
 
 def evaluator(terms: Sequence[Term], among: Sequence[Term] | None = None) -> Callable:
@@ -131,7 +134,7 @@ def _compile_gather(
                 count += length
             others = count - 1
             for i in range(start[cell], start[cell + 1]):
-                if image[i]:
+                if periodic and image[i]:
                     continue
                 # The last candidate takes the agent's own place while it sums.
                 own = mine + i - start[cell]

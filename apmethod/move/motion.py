@@ -79,6 +79,8 @@ class Motion:
         for name in scratch:
             particles.declare(name, Column(2, kept=False))
         self._changes = -1
+        self.stage: Stage | None = None
+        self.now = Now(0.0, np.nan, np.nan)
 
     # -- a step ------------------------------------------------------------------------
 
@@ -107,9 +109,13 @@ class Motion:
         self.stage = stage
         self.now = Now(self.time + stage.at * self.dt, smoothing_length, own_w)
 
-    def end(self) -> None:
+    def arrived(self) -> None:
         """Note that the agents that are there now have moved."""
         self._changes = self.particles.changes
+
+    def end(self) -> None:
+        """End the step, however it went."""
+        self.stage = None
 
     # -- one agent, and all ------------------------------------------------------------
 
@@ -122,6 +128,8 @@ class Motion:
 
     def advance(self, agent: AgentParticle) -> None:
         """Carry out the current stage on one agent, in Python."""
+        if self.stage is None:
+            raise RuntimeError("agents move within a step of their model; call model.step()")
         row = self.particles.row(agent)
         if self.stage.interacts:
             self.particles.array("_rate")[row] = agent.dynamics()

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from apmethod.compile import compiled
+from apmethod.compile import in_blocks
 from apmethod.perceive.domain import PERIODIC, Domain
+from apmethod.perceive.sorting import counting_sort, runs_around, take
 
 #: A dense table of sub-domains may hold this many for each agent; beyond, it is searched.
 _DENSE = 16
@@ -33,9 +34,10 @@ class SortedCells:
         origin: x and y of the south-west corner of sub-domain 0.
         grid: number of sub-domains along x and y.
         row: the agent's row in the positions that were sorted, (n + images,).
-        image: True where the entry is an image of the agent beyond a periodic side.
+        image: True where the entry is an image of the agent beyond a periodic side; empty,
+            as are the shifts, where no side is periodic.
         x, y: the agents' positions, not shifted.
-        shift_x, shift_y: what to add to an image's position (all 0 without images).
+        shift_x, shift_y: what to add to an image's position.
         number: of each occupied sub-domain, ascending, (cells,).
         start: where each occupied sub-domain begins in the sorted arrays, (cells + 1,).
         low, high: for each occupied sub-domain and row of its surrounding square, where
@@ -67,11 +69,19 @@ class SortedCells:
         """low and high for any points, of shape (n, 2): the runs of agents near each."""
         place = np.floor((points - np.array(self.origin)) / self.side)
         east, north = np.clip(place, -(2.0**40), 2.0**40).astype(np.int64).T
-        return _runs(east, north, self.grid, self.level, self.start, self.number)
+        return _sparse_runs(east, north, self.grid, self.level, self.start, self.number)
+
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """x and y of all entries, images where they are seen."""
+        if not len(self.image):
+            return self.x, self.y
+        return self.x + self.shift_x, self.y + self.shift_y
 
     def candidates(self) -> int:
         """Number of distance tests in a search for all agents' neighbours (paper Table 2)."""
-        own = np.add.reduceat(~self.image, self.start[:-1], dtype=np.int64)
+        own = np.diff(self.start)
+        if len(self.image):
+            own = np.add.reduceat(~self.image, self.start[:-1], dtype=np.int64)
         return int((own * (self.high - self.low).sum(axis=1)).sum())
 
 
@@ -80,32 +90,31 @@ def sort_into_cells(
 ) -> SortedCells:
     """Sort agents, positions of shape (n, 2), into sub-domains of side core_radius / 2^level."""
     row, shift = _with_images(positions, core_radius, domain)
-    where = positions[row] + shift
+    where = positions if row is None else positions[row] + shift
     lowest, highest = (where.min(axis=0), where.max(axis=0)) if len(where) else np.zeros((2, 2))
     side, grid = _grid(highest - lowest, core_radius, level)
-    number = _numbers(where, lowest, side, grid)
-    if grid[0] * grid[1] <= _DENSE * len(row) + 1024:
-        begin = np.zeros(grid[0] * grid[1] + 1, np.int64)
-        order = np.empty(len(row), np.int64)
-        _count_and_place(number, begin, order)
+    if grid[0] * grid[1] <= _DENSE * len(where) + 1024:
+        order, begin = counting_sort(where, lowest, side, grid)
         occupied = np.flatnonzero(begin[1:] > begin[:-1])
-        start = np.append(begin[occupied], len(row))
-        low, high = _runs(occupied % grid[0], occupied // grid[0], grid, level, begin, None)
+        start = np.append(begin[occupied], len(where))
+        low, high = runs_around(occupied, grid, 2**level, begin)
     else:
+        number = _numbers(where, lowest, side, grid)
         order = np.argsort(number, kind="stable")
         occupied, first = np.unique(number[order], return_index=True)
-        start = np.append(first, len(row))
-        low, high = _runs(occupied % grid[0], occupied // grid[0], grid, level, start, occupied)
-    shift_x, shift_y = shift[order].T.copy()
-    x, y = positions[row[order]].T.copy()
+        start = np.append(first, len(where))
+        low, high = _sparse_runs(*divmod(occupied, grid[0])[::-1], grid, level, start, occupied)
+    sorted_row = order if row is None else row[order]
+    x, y = _in_order(positions, sorted_row)
+    shift_x, shift_y = _in_order(shift, order)
     return SortedCells(
         core_radius=core_radius,
         level=level,
         side=side,
         origin=(float(lowest[0]), float(lowest[1])),
         grid=grid,
-        row=row[order],
-        image=order >= len(positions),
+        row=sorted_row,
+        image=order >= len(positions) if len(shift) else np.empty(0, bool),
         x=x,
         y=y,
         shift_x=shift_x,
@@ -119,8 +128,13 @@ def sort_into_cells(
 
 def _with_images(
     positions: np.ndarray, core_radius: float, domain: Domain
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and shifts of the agents, then of their images within a core radius outside."""
+) -> tuple[np.ndarray | None, np.ndarray]:
+    """Rows and shifts of the agents, then of their images within a core radius outside.
+
+    Rows are None, and shifts empty, where no side is periodic.
+    """
+    if PERIODIC not in domain.kinds:
+        return None, np.empty((0, 2))
     row = np.arange(len(positions))
     shift = np.zeros((len(positions), 2))
     for axis, period in enumerate(domain.periods):
@@ -136,6 +150,14 @@ def _with_images(
         shift = np.concatenate([shift, shift[copied] + step])
         row = np.concatenate([row, row[copied]])
     return row, shift
+
+
+def _in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """Vectors, of shape (n, 2), in an order, one row a component; none if there are none."""
+    table = np.empty((2, len(order) if len(vectors) else 0))
+    for axis in range(2):
+        in_blocks(take, table.shape[1], order, vectors[:, axis], table[axis])
+    return table
 
 
 def _grid(extent: np.ndarray, core_radius: float, level: int) -> tuple[float, tuple[int, int]]:
@@ -155,32 +177,17 @@ def _numbers(where: np.ndarray, lowest: np.ndarray, side: float, grid: tuple) ->
     return place[:, 1] * grid[0] + place[:, 0]
 
 
-@compiled
-def _count_and_place(number, begin, order):
-    """A stable counting sort: sub-domain k holds order[begin[k]:begin[k + 1]]."""
-    for k in range(number.size):
-        begin[number[k] + 1] += 1
-    for k in range(1, begin.size):
-        begin[k] += begin[k - 1]
-    place = begin.copy()
-    for k in range(number.size):
-        order[place[number[k]]] = k
-        place[number[k]] += 1
-
-
-def _runs(
+def _sparse_runs(
     east: np.ndarray,
     north: np.ndarray,
     grid: tuple[int, int],
     level: int,
-    begin: np.ndarray,
-    known: np.ndarray | None,
+    start: np.ndarray,
+    known: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Begin and end of the run of agents in each row of the square around sub-domains.
+    """`runs_around` any sub-domains, by column and line, in the grid or not.
 
-    The sub-domains, by column and line, may lie outside the grid.  ``begin`` is indexed by
-    sub-domain number, or, where those are too many, by the place of the number in the
-    sorted array ``known``.
+    ``start`` is where each of the sub-domains whose numbers are ``known`` begins.
     """
     reach = 2**level
     west_end, east_end = np.maximum(east - reach, 0), np.minimum(east + reach, grid[0] - 1)
@@ -188,6 +195,4 @@ def _runs(
     inside = (rows >= 0) & (rows < grid[1]) & (west_end <= east_end)[:, None]
     first = np.where(inside, rows * grid[0] + west_end[:, None], 0)
     last = np.where(inside, rows * grid[0] + east_end[:, None] + 1, 0)
-    if known is not None:
-        first, last = np.searchsorted(known, first), np.searchsorted(known, last)
-    return begin[first], begin[last]
+    return start[np.searchsorted(known, first)], start[np.searchsorted(known, last)]

@@ -153,8 +153,12 @@ class QuadLattice:
             for low, high in zip(cells.low[place], cells.high[place], strict=True)
         ]
         taken = np.concatenate(runs)
-        columns = (cells.row, cells.x, cells.y, cells.shift_x, cells.shift_y)
-        return list(zip(*(column[taken].tolist() for column in columns), strict=True))
+        columns = [column[taken].tolist() for column in (cells.row, cells.x, cells.y)]
+        if len(cells.image):
+            columns += [cells.shift_x[taken].tolist(), cells.shift_y[taken].tolist()]
+        else:
+            columns += [[0.0] * len(taken)] * 2
+        return list(zip(*columns, strict=True))
 
     # -- what Mesa's own spaces answer -------------------------------------------------
 

@@ -54,13 +54,14 @@ def _find_pairs(start, low, high, row, image, x, y, shift_x, shift_y, core_radiu
     count = 0
     for cell in range(start.size - 1):
         for i in range(start[cell], start[cell + 1]):
-            if image[i]:
+            if image.size and image[i]:
                 continue
             for run in range(low.shape[1]):
                 for j in range(low[cell, run], high[cell, run]):
                     if row[j] > row[i]:
-                        dx = (x[i] - x[j]) - shift_x[j]
-                        dy = (y[i] - y[j]) - shift_y[j]
+                        dx, dy = x[i] - x[j], y[i] - y[j]
+                        if image.size:
+                            dx, dy = dx - shift_x[j], dy - shift_y[j]
                         if distance_2(dx, dy) < core_radius * core_radius:
                             if count < pairs.shape[0]:
                                 pairs[count, 0] = row[i]

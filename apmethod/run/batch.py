@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import mesa
 
+from apmethod.checks import whole_number
 from apmethod.compile.threads import set_threads, threads
 from apmethod.run.runner import run
 from apmethod.run.scenes import build, load_scene
@@ -56,14 +57,13 @@ def batch_run(
         errors at the end.
 
     Raises:
-        ValueError: for less than one process, an ``rng`` among the parameters, a class that
-            other processes cannot import, or what the scene or the run refuses.
+        ValueError: for less than one process, an ``rng`` among the parameters, a class or
+            program that other processes cannot import, or what the scene or the run refuses.
     """
-    if processes < 1:
-        raise ValueError(f"processes is {processes!r}; it must be 1 or more")
+    processes = whole_number("processes", processes, least=1)
     if "rng" in parameters:
         raise ValueError(f"parameters has rng={parameters['rng']!r}; give it as seeds")
-    if processes > 1 and isinstance(scene, type):
+    if processes > 1:
         _check_importable(scene)
     share = max(1, threads() // processes)
     rows = mesa.batch_run(
@@ -76,14 +76,21 @@ def batch_run(
     return [row["outcome"] for row in sorted(rows, key=lambda row: row["RunId"])]
 
 
-def _check_importable(model_class: type) -> None:
-    """Refuse a class that another process would look for in vain, and this one wait for."""
-    home = sys.modules[model_class.__module__.partition(".")[0]]
-    if not (home.__spec__ or hasattr(home, "__file__")):
-        raise ValueError(
-            f"scene is {model_class.__name__}, which other processes cannot import; put it in "
-            "the model.py of a folder and give the folder's path, or run with processes=1"
-        )
+def _check_importable(scene: Scene) -> None:
+    """Refuse what other processes would try in vain to import while this one waits."""
+    program = sys.modules["__main__"]
+    file = getattr(program, "__file__", None)
+    home = sys.modules[scene.__module__.partition(".")[0]] if isinstance(scene, type) else None
+    if program.__spec__ is None and file is not None and not Path(file).exists():
+        missing = f"the program {file}"
+    elif home is not None and home.__spec__ is None and not hasattr(home, "__file__"):
+        missing = scene.__name__
+    else:
+        return
+    raise ValueError(
+        f"processes is above 1, and other processes cannot import {missing}; put it into a file, "
+        "give a scene by the path of its folder, or use one process"
+    )
 
 
 def _seeded(parameters: Mapping[str, Any], seeds: int | Sequence[int]) -> dict[str, Any]:

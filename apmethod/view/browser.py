@@ -1,8 +1,8 @@
 """The browser page of a scene: Mesa's SolaraViz with views drawn from the agents' columns.
 
 A view is a Solara component that takes the model and is drawn anew after each step.  The
-views here read whole columns and call no agent, so that a frame of many agents costs
-little more than one of a few.  They need the packages of ``apmethod[browser]``.
+views here read whole columns: an agent costs a dot, and no call of Python.  They need the
+packages of ``apmethod[browser]``.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def field_view() -> View:
 
     def draw(model: FieldModel) -> Figure:
         x, y = model.grid()
-        field = model.field(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+        field = model.field(x, y)
         exact = model.exact(x, y, model.elapsed)
         fields = {"field": field} if exact is None else {"field": field, "exact": exact}
         top = max(values.max() for values in fields.values())

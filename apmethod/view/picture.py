@@ -31,7 +31,7 @@ def draw_run(run: Run, title: str, path: Path) -> None:
 def _draw_field(figure: Figure, run: Run) -> None:
     model = run.model
     x, y = model.grid()
-    end = model.field(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+    end = model.field(x, y)
     exact, start = model.exact(x, y, model.elapsed), model.exact(x, y, 0.0)
     panels = [("start", start), (f"end, t = {model.elapsed:.4g}", end), ("exact", exact)]
     if exact is not None:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from samples import build
 
 from apmethod import AgentParticle, Column, ParticleModel, Periodic, Term, term
+from samples import build
 
 
 def model_with(*terms):

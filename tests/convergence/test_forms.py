@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+
 from apmethod.scenes.diffusion import DensityDiffusion
 from apmethod.scenes.rotating_hill import RotatingHill
 

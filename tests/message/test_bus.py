@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from samples import Curious, build
 
 from apmethod import AgentParticle, ParticleModel, Periodic, term
 from apmethod.message.bus import MessageBus
+from samples import Curious, build
 
 
 def curious(tier="compiled", **options):

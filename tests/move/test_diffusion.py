@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from samples import build
 
 from apmethod import FORMS, KERNELS, AgentParticle, Diffusion, Flow, Law, ParticleModel, Periodic
+from samples import build
 
 
 def velocities(model):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from samples import build
 
 from apmethod import (
     AgentParticle,
@@ -17,6 +16,7 @@ from apmethod import (
 )
 from apmethod.particles import Particles
 from apmethod.perceive.domain import Domain
+from samples import build
 
 DOMAINS = {
     "open": Open(),

@@ -2,18 +2,19 @@
 
 import inspect
 import multiprocessing
+import subprocess
 import sys
 import threading
 import types
 
 import mesa
 import pytest
-from apmethod.scenes.rotating_hill import RotatingHill
 
 from apmethod import StepFailed, set_threads
 from apmethod.compile.threads import threads
 from apmethod.run.batch import batch_run
 from apmethod.run.runner import run
+from apmethod.scenes.rotating_hill import RotatingHill
 
 PARAMETERS = {"particles": 60, "form": ["blob", "plain"]}
 SEEDS = [1, 2]
@@ -121,9 +122,17 @@ def test_a_class_from_a_notebook_needs_one_process(monkeypatch):
     notebook = types.ModuleType("notebook_without_file")
     monkeypatch.setitem(sys.modules, notebook.__name__, notebook)
     monkeypatch.setattr(CollectingHill, "__module__", notebook.__name__)
-    with pytest.raises(ValueError, match="other processes cannot import"):
+    with pytest.raises(ValueError, match="cannot import CollectingHill"):
         batch_run(CollectingHill, {}, processes=2)
     assert len(batch_run(CollectingHill, {}, steps=1)) == 1
+
+
+def test_a_program_from_standard_input_needs_one_process():
+    program = "from apmethod.run.batch import batch_run; batch_run('diffusion', {}, processes=2)"
+    ended = subprocess.run(
+        [sys.executable], input=program, capture_output=True, text=True, timeout=60
+    )
+    assert "cannot import the program <stdin>" in ended.stderr
 
 
 def test_mesa_collects_the_same_in_one_process_and_in_two():

@@ -43,11 +43,12 @@ class Rendered:
         layout = solara.AppLayout(children=[page])  # gives the sidebar its place
         _, self.context = solara.render(layout, handle_error=False)
 
+    def button(self, label):
+        buttons = [found.widget for found in self.context.find(ipyvuetify.Btn)]
+        return next(button for button in buttons if button.children == [label])
+
     def click(self, label):
-        for button in self.context.find(ipyvuetify.Btn):
-            if button.widget.children == [label]:
-                return button.widget.click()
-        raise AssertionError(f"there is no button {label!r}")
+        self.button(label).click()
 
     def texts(self):
         spans = self.context.find(ipyvuetify.Html, tag="span")
@@ -138,6 +139,22 @@ def test_a_model_without_a_field_shows_its_agents(render):
     assert len(page.images()) == 1
     page.click("Step")
     assert page.number("time") == 0.5
+
+
+class Short(Plain):
+    """A model that has ended after one step."""
+
+    until = 0.5
+
+
+def test_a_finished_model_can_only_be_reset(render):
+    page = render(browser.page(Short, {"rng": 1}))
+    page.click("Step")
+    assert page.button("▶").disabled
+    assert page.button("Step").disabled
+    page.click("Reset")
+    assert not page.button("▶").disabled
+    assert not page.button("Step").disabled
 
 
 class Unsolved(FieldModel):

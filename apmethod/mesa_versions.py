@@ -1,0 +1,14 @@
+"""The one file that knows how Mesa's versions differ."""
+
+import mesa
+
+
+def stay_alive(model: mesa.Model) -> None:
+    """Let a model be stepped again after its step has raised.
+
+    Mesa 3.5 steps a model by an event that schedules the next one when it returns; when it
+    raises, no later call of ``model.step`` does anything.  Mesa 3.3 needs no help.
+    """
+    schedule = getattr(model, "_default_schedule", None)
+    if schedule is not None:
+        schedule._schedule_next(model.time + 1.0)

@@ -1,0 +1,109 @@
+"""Compiled passes that sort agents into sub-domains and find the runs around each.
+
+The counting sort is stable and runs on several threads: each counts and places a block of
+agents of its own, and the blocks follow each other inside every sub-domain, so the order
+is the same for any number of threads.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from apmethod.compile import compiled, in_blocks, threads
+
+#: Agents a block at least; below, a second thread does not pay.
+_BLOCK = 20_000
+
+
+def counting_sort(
+    places: np.ndarray, lowest: np.ndarray, side: float, grid: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Order of places, of shape (n, 2), by the number of their sub-domain.
+
+    Returns:
+        order, of shape (n,): sub-domain k holds order[begin[k]:begin[k + 1]];
+        begin, of shape (sub-domains + 1,).
+    """
+    blocks = max(1, min(threads(), len(places) // _BLOCK))
+    edges = np.array([len(places) * block // blocks for block in range(blocks + 1)])
+    number = np.empty(len(places), np.int64)
+    tally = np.zeros((blocks, grid[0] * grid[1]), np.int64)
+    corner = (float(lowest[0]), float(lowest[1]))
+    in_blocks(_number_and_count, blocks, edges, places, corner, side, grid, number, tally, least=1)
+    begin = np.empty(grid[0] * grid[1] + 1, np.int64)
+    _accumulate(tally, begin)
+    order = np.empty(len(places), np.int64)
+    in_blocks(_put_in_order, blocks, edges, number, tally, order, least=1)
+    return order, begin
+
+
+def runs_around(
+    number: np.ndarray, grid: tuple[int, int], reach: int, begin: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Begin and end of the run of agents in each row of the square around sub-domains.
+
+    Args:
+        number: of the sub-domains to look around, of shape (cells,).
+        grid: number of sub-domains along x and y.
+        reach: how many sub-domains to look in each direction.
+        begin: where each sub-domain of the grid begins in the order.
+
+    Returns:
+        low and high, of shape (cells, 2*reach + 1).
+    """
+    low = np.empty((len(number), 2 * reach + 1), np.int64)
+    high = np.empty_like(low)
+    in_blocks(_find_runs, len(number), number, grid, reach, begin, low, high, least=5_000)
+    return low, high
+
+
+@compiled
+def _number_and_count(first, last, edges, places, lowest, side, grid, number, tally):
+    for block in range(first, last):
+        for k in range(edges[block], edges[block + 1]):
+            column = min(int((places[k, 0] - lowest[0]) / side), grid[0] - 1)
+            line = min(int((places[k, 1] - lowest[1]) / side), grid[1] - 1)
+            number[k] = line * grid[0] + column
+            tally[block, number[k]] += 1
+
+
+@compiled
+def _accumulate(tally, begin):
+    """Turn counts by block and sub-domain into where each block begins in each."""
+    total = 0
+    for k in range(tally.shape[1]):
+        begin[k] = total
+        for block in range(tally.shape[0]):
+            count = tally[block, k]
+            tally[block, k] = total
+            total += count
+    begin[tally.shape[1]] = total
+
+
+@compiled
+def _put_in_order(first, last, edges, number, tally, order):
+    for block in range(first, last):
+        for k in range(edges[block], edges[block + 1]):
+            order[tally[block, number[k]]] = k
+            tally[block, number[k]] += 1
+
+
+@compiled
+def _find_runs(first, last, number, grid, reach, begin, low, high):
+    for cell in range(first, last):
+        line, column = number[cell] // grid[0], number[cell] % grid[0]
+        west, east = max(column - reach, 0), min(column + reach, grid[0] - 1)
+        for run in range(low.shape[1]):
+            row = line - reach + run
+            if row >= 0 and row < grid[1]:
+                low[cell, run] = begin[row * grid[0] + west]
+                high[cell, run] = begin[row * grid[0] + east + 1]
+            else:
+                low[cell, run], high[cell, run] = 0, 0
+
+
+@compiled
+def take(first, last, row, column, taken):
+    """taken[k] = column[row[k]]."""
+    for k in range(first, last):
+        taken[k] = column[row[k]]
