@@ -120,6 +120,8 @@ class ParticleModel(mesa.Model):
             StepFailed: if a column is no longer finite.  The agents are put back to where
                 the step began.
         """
+        if self.procedure.tidies:
+            self.space.tidy()
         with self._whole_or_not_at_all():
             if self.radius_rule is not None:
                 self.radius_rule.adapt(self.space, self.particles)

@@ -215,7 +215,9 @@ class Particles:
 
     def checked(self, cls: type, count: int, values: Mapping[str, Any]) -> dict[str, np.ndarray]:
         """Columns of ``count`` new agents of ``cls``, refused here or not at all."""
-        self.declare_class(cls)
+        if cls not in self._classes:
+            self._check_exchanged(cls)
+            self.declare_class(cls)
         unknown = [name for name in values if not isinstance(getattr(cls, name, None), Column)]
         if unknown:
             declared = ", ".join(
@@ -226,6 +228,16 @@ class Particles:
         for name in arrays.keys() & self.checks.keys():
             self.checks[name](arrays[name])
         return arrays
+
+    def _check_exchanged(self, cls: type) -> None:
+        """Refuse a class that came too late for the terms it declares."""
+        for owner in cls.__mro__:
+            for name, column in vars(owner).items():
+                if getattr(column, "parity", None) and self.columns.get(name) is not column:
+                    raise ValueError(
+                        f"{cls.__name__} declares term {name!r}, which this model does not "
+                        f"exchange; name {cls.__name__} among its agent_classes"
+                    )
 
     def append(self, agents: Sequence[AgentParticle], values: Mapping[str, np.ndarray]) -> None:
         """Give each of ``agents`` (all of one class) a row, with `checked` values."""
@@ -252,6 +264,14 @@ class Particles:
         self._agents.pop()
         agent._row = None
         self.changes += 1
+
+    def reorder(self, order: np.ndarray) -> None:
+        """Put the agents of rows ``order`` into rows 0, 1, 2, ...; their handles follow."""
+        for array in (self._kind, *self._arrays.values()):
+            array[: len(self)] = array[order]
+        self._agents = [self._agents[row] for row in order.tolist()]
+        for row, agent in enumerate(self._agents):
+            agent._row = row
 
     def state(self) -> dict[str, np.ndarray]:
         """Copies of the kept columns: all that a step starts from."""

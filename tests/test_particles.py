@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from mesa.agent import AgentSet
 
 from apmethod import AgentParticle, Column, ParticleModel
+from samples import build
 
 
 class Ant(AgentParticle):
@@ -150,3 +151,27 @@ def test_two_shapes_under_one_name_are_refused():
 def test_a_column_that_the_scene_lacks_names_those_it_has():
     with pytest.raises(AttributeError, match="no column 'density'; it has position, mass"):
         _ = nest().particles.density
+
+
+def test_rows_may_be_put_in_another_order():
+    model = nest()
+    agents = list(model.agents)
+    for k, ant in enumerate(agents):
+        ant.energy = float(k)
+    model.particles.reorder(np.array([3, 1, 4, 0, 2]))
+    assert [ant.energy for ant in agents] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert model.particles.energy.tolist() == [3.0, 1.0, 4.0, 0.0, 2.0]
+    assert list(model.agents) == agents
+
+
+def test_a_large_scene_tidies_its_rows_and_nothing_else_changes():
+    model = build(20_000, core_radius=0.03, form="plain", flow=None, dt=1e-6, integrator="euler")
+    places = {agent: agent.position for agent in list(model.agents)[::100]}
+    before = model.particles.position.copy()
+    model.step()
+    rows = np.array([agent._row for agent in model.agents])
+    assert sorted(rows) == list(range(20_000))
+    assert (rows != np.arange(20_000)).mean() > 0.9
+    assert all(agent.position == pytest.approx(there, abs=1e-4) for agent, there in places.items())
+    scattered = np.hypot(*np.diff(before, axis=0).T).mean()
+    assert np.hypot(*np.diff(model.particles.position, axis=0).T).mean() < 0.1 * scattered

@@ -86,6 +86,15 @@ class QuadLattice:
         """Any positions, of shape (n, 2), in this lattice's sub-domains."""
         return sort_into_cells(positions, self.core_radius, self.level, self.domain)
 
+    def tidy(self) -> None:
+        """Put the table's rows in the order of the sub-domains.
+
+        Neighbours are then near each other in memory, too.
+        """
+        cells = self.cells
+        self.particles.reorder(cells.row[~cells.image] if len(cells.image) else cells.row)
+        self.forget()
+
     @property
     def cells(self) -> SortedCells:
         """The agents in the order of their sub-domains."""

@@ -118,3 +118,16 @@ def test_density_of_a_uniform_field():
     model.step()
     assert model.particles.density == pytest.approx(1.0, abs=1e-6)
     assert model.particles.density_gradient == pytest.approx(0.0, abs=1e-10)
+
+
+def test_a_class_that_comes_too_late_for_its_terms_is_refused():
+    class Late(AgentParticle):
+        @term("even")
+        def crowd(pair, i, j):
+            return pair.w
+
+    model = model_with()
+    with pytest.raises(ValueError, match="Late declares term 'crowd', which this model does not"):
+        Late(model)
+    assert len(model.agents) == 0
+    assert len(Late.create_agents(ParticleModel(Late, core_radius=1.0, dt=1.0), 3)) == 3
