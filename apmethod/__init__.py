@@ -15,6 +15,7 @@ _HOMES = {
     "apmethod.contribute.terms": ("Pair", "Term", "term"),
     "apmethod.contribute.sample": ("sample",),
     "apmethod.errors": ("StepFailed",),
+    "apmethod.explanation": ("explain",),
     "apmethod.field": ("FieldModel",),
     "apmethod.message.bus": ("MessageBus",),
     "apmethod.model": ("ParticleModel",),

@@ -247,11 +247,7 @@ class ParticleModel(mesa.Model):
                 self.elapsed,
             )
 
-    # -- in words and numbers ----------------------------------------------------------
-
-    def core_radius_rule(self) -> str:
-        """How the core radius is chosen, in words."""
-        return "fixed" if self.radius_rule is None else repr(self.radius_rule)
+    # -- in numbers --------------------------------------------------------------------
 
     def diagnostics(self) -> dict[str, float]:
         """Numbers that tell how a run is doing, for one row of a series."""

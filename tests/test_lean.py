@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from apmethod import AgentParticle, DiffusingParticle, Diffusion, ParticleModel
+from apmethod import AgentParticle, DiffusingParticle, Diffusion, ParticleModel, explain
 from apmethod.message import gather
 
 HEAVY = ("mesa", "numba", "solara", "matplotlib", "scipy", "pandas")
@@ -52,7 +52,7 @@ def test_a_scene_without_terms_sorts_and_sums_nothing(monkeypatch):
     assert model.particles.names == ["position", "mass"]
     assert model.space._cells is None
     assert model.procedure.seconds["perceive"] == 0.0
-    assert dict(model.procedure.explain())["contribute"].startswith("skipped")
+    assert dict(explain(model))["contribute"].startswith("skipped")
 
 
 def test_only_the_sums_of_the_chosen_form_have_columns():

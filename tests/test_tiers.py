@@ -9,6 +9,7 @@ from apmethod import (
     Open,
     Periodic,
     StepFailed,
+    explain,
 )
 from samples import Curious, build, column_by_id
 
@@ -127,12 +128,13 @@ def test_all_overriding_classes_in_one_scene():
 
 
 def test_only_the_overriding_class_runs_in_python():
-    procedure = build(20, agent_class=Curious, others=[Walker]).procedure
+    model = build(20, agent_class=Curious, others=[Walker])
+    procedure = model.procedure
     assert not procedure.in_python(Curious, "pairs")
     assert not procedure.in_python(Curious, "move")
     assert not procedure.in_python(Walker, "pairs")
     assert procedure.in_python(Walker, "move")
-    assert "Walker overrides dynamics" in dict(procedure.explain())["move"]
+    assert "Walker overrides dynamics" in dict(explain(model))["move"]
 
 
 @pytest.mark.parametrize("others", [[], [ShortSighted, Walker]], ids=["plain", "mixed"])

@@ -111,10 +111,11 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _explain(options: argparse.Namespace) -> int:
+    from apmethod.explanation import explain
     from apmethod.run.report import print_json, print_table
 
     name, model = _build(options)
-    rows = model.procedure.explain()
+    rows = explain(model)
     if options.json:
         print_json({"scene": name, "steps": dict(rows)})
     else:
