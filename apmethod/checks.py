@@ -41,3 +41,14 @@ def whole_number(name: str, value: Any, *, least: int) -> int:
     if number is None or number < least:
         raise ValueError(f"{name} is {value!r}; it must be a whole number, {least} or more")
     return number
+
+
+def seed_checked(rng: Any) -> Any:
+    """``rng`` as it is, unless it is a number that cannot be a seed.
+
+    Raises:
+        ValueError: for a negative or broken number.
+    """
+    if isinstance(rng, int | float | str):
+        return whole_number("rng (the seed)", rng, least=0)
+    return rng

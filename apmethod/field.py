@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from apmethod.agent import AgentParticle, DiffusingParticle
-from apmethod.checks import finite_number, whole_number
+from apmethod.checks import finite_number, seed_checked, whole_number
 from apmethod.contribute.reconstruct import reconstruct
 from apmethod.contribute.sample import sample
 from apmethod.contribute.smoothing import kernel_named
@@ -65,7 +65,7 @@ class FieldModel(ParticleModel):
         self.spacings = finite_number("spacings", spacings, above=0.0)
         x_min, x_max, y_min, y_max = self.box
         # Each seed has a lattice of its own place, so that seeds show what it matters.
-        offset = np.random.default_rng(rng).random(2)
+        offset = np.random.default_rng(seed_checked(rng)).random(2)
         positions, masses, spacing = sample(
             start,
             whole_number("particles", particles, least=1),

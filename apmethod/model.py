@@ -9,7 +9,7 @@ import mesa
 import numpy as np
 
 from apmethod.agent import AgentParticle
-from apmethod.checks import finite_number
+from apmethod.checks import finite_number, seed_checked
 from apmethod.contribute.smoothing import CUBIC, Kernel, kernel_named
 from apmethod.contribute.terms import Term
 from apmethod.errors import StepFailed
@@ -27,8 +27,6 @@ from apmethod.procedure import Procedure
 
 #: Share of the largest stable step that a step chosen by the model takes.
 MARGIN = 0.7
-#: Largest turn of the flow in a step chosen by the model, in radians.
-TURN = 0.2
 
 
 class ParticleModel(mesa.Model):
@@ -83,7 +81,7 @@ class ParticleModel(mesa.Model):
         tier: str = "compiled",
         rng: int | None = None,
     ):
-        super().__init__(rng=rng)
+        super().__init__(rng=seed_checked(rng))
         classes = [agent_classes] if isinstance(agent_classes, type) else list(agent_classes)
         self.elapsed = 0.0
         self.kernel = kernel_named(kernel)
@@ -188,7 +186,7 @@ class ParticleModel(mesa.Model):
             turning = getattr(law, "turning", None)
             rate = turning(positions, self.elapsed) if turning else 0.0
             if rate > 0.0:
-                limit = min(limit, TURN / rate)
+                limit = min(limit, self.motion.integrator.turn / rate)
         if not np.isfinite(limit):
             raise ValueError("dt is None and no law limits it; give dt")
         return float(limit)

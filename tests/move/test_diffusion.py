@@ -80,7 +80,11 @@ def test_an_unstable_step_is_refused_with_both_numbers():
 
 def test_the_chosen_step_is_inside_the_limit():
     model = build(10, dt=None)
-    assert model.next_dt() == pytest.approx(min(0.7 * model.largest_dt(), 0.2))
+    assert model.next_dt() == pytest.approx(min(0.7 * model.largest_dt(), 0.05))
+    for integrator, turn in {"euler": 0.005, "strang": 0.2}.items():
+        assert build(10, dt=None, integrator=integrator, core_radius=2.0).next_dt() == (
+            pytest.approx(turn, rel=1e-6)
+        )
 
 
 @pytest.mark.parametrize(

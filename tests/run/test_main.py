@@ -135,6 +135,7 @@ def test_scenes_are_listed(capsys):
         (["run", "rotating_hill", "--set", "dt=9"], "dt is 9, which is unstable"),
         (["run", "rotating_hill", "--particles", "-5"], "particles is -5"),
         (["run", "rotating_hill", "--set", "diffusivity=-1"], "diffusivity is -1"),
+        (["run", "rotating_hill", "--seed", "-1"], "rng (the seed) is -1; it must be a whole"),
         (["run", "rotating_hill", "--threads", "0"], "threads is 0"),
         (["run", "rotating_hill", "--set", "form=laplace"], "form is 'laplace'"),
         (["run", "rotating_hill", "--set", "diffusivity=much"], "diffusivity is 'much'"),
