@@ -10,6 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from apmethod.model import ParticleModel
 
+_COMPILED = "; compiled"
+
 
 def explain(model: ParticleModel) -> list[tuple[str, str]]:
     """(step, what the scene does in it and why) for each step of the procedure, in order."""
@@ -41,7 +43,8 @@ def _exchange(model: ParticleModel) -> Iterator[tuple[str, str]]:
     )
     for number, terms in enumerate(model.bus.rounds, 1):
         names = ", ".join(f"{term.name} ({term.parity})" for term in terms)
-        yield f"contribute {number}", f"{names}, kernel {model.kernel.name}{who}"
+        how = f", {model.bus.evaluation}" if who == _COMPILED else ""
+        yield f"contribute {number}", f"{names}, kernel {model.kernel.name}{who}{how}"
         yield f"message {number}", f"sums to columns{_who(model, 'message')}"
     if not model.bus.rounds:
         for phase in ("contribute", "message"):
@@ -84,4 +87,4 @@ def _who(model: ParticleModel, step: str) -> str:
         for cls in model.particles.classes
         if procedure.overrides(cls, step)
     ]
-    return f"; in Python for {'; '.join(own)}" if own else "; compiled"
+    return f"; in Python for {'; '.join(own)}" if own else _COMPILED

@@ -36,7 +36,7 @@ class FieldModel(ParticleModel):
         kernel: smoothing kernel or its name.
         spacings: smoothing length at the start, in spacings of the agents' lattice.
         follow_density: whether the core radius grows as the field thins out.
-        integrator, dt, level, tier, domain, rng: see `ParticleModel`.
+        integrator, dt, level, evaluation, tier, domain, rng: see `ParticleModel`.
         agent_class: class of the agents.
     """
 
@@ -55,6 +55,7 @@ class FieldModel(ParticleModel):
         integrator: str = "strang",
         dt: float | None = None,
         level: int = 1,
+        evaluation: str = "auto",
         tier: str = "compiled",
         domain: Domain | None = None,
         rng: int | None = None,
@@ -84,6 +85,7 @@ class FieldModel(ParticleModel):
             dt=dt,
             radius_rule=FollowDensity() if follow_density else None,
             level=level,
+            evaluation=evaluation,
             tier=tier,
             rng=rng,
         )

@@ -47,6 +47,7 @@ class ParticleModel(mesa.Model):
         dt: time step; None lets the model choose each one, inside the stability limit.
         radius_rule: makes the core radius follow something; None keeps it.
         level: p of the quad-lattice, 4^p sub-domains a cell.
+        evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
         tier: "compiled", or "agents" to run every step agent by agent in Python.
         rng: seed of the model's random streams; an integer gives the same on all versions.
 
@@ -78,6 +79,7 @@ class ParticleModel(mesa.Model):
         dt: float | None = None,
         radius_rule: FollowDensity | None = None,
         level: int = 1,
+        evaluation: str = "auto",
         tier: str = "compiled",
         rng: int | None = None,
     ):
@@ -96,7 +98,7 @@ class ParticleModel(mesa.Model):
         wanted = _unique(
             [*(t for law in laws for t in law.terms), *terms, *_declared_terms(classes)]
         )
-        self.bus = MessageBus(self.particles, self.space, self.kernel, wanted)
+        self.bus = MessageBus(self.particles, self.space, self.kernel, wanted, evaluation)
         self.radius_rule = radius_rule
         if radius_rule is not None and "density" not in self.particles:
             raise ValueError(

@@ -16,10 +16,11 @@ from numba.core.errors import NumbaError
 
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term, pair_maker
-from apmethod.message.gather import GatherPass
+from apmethod.message.passes import EVALUATIONS, RoundPass, best_evaluation
 from apmethod.particles import Particles
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.lattice import QuadLattice
+from apmethod.perceive.lists import NeighbourLists, neighbour_lists
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
@@ -36,14 +37,21 @@ class MessageBus:
         kernel: smoothing kernel of all terms.
         terms: what is exchanged, in any order.  A term that reads what another one
             delivers is exchanged in a later round.
+        evaluation: how compiled sums are taken, "gathered", "scattered" or "stored"; "auto"
+            leaves the choice to `best_evaluation`.
 
     Raises:
-        ValueError: for a term that does not hold its parity, reads a column that nobody
-            has, or waits for itself.
+        ValueError: for an unknown evaluation, or a term that does not hold its parity,
+            reads a column that nobody has, or waits for itself.
     """
 
     def __init__(
-        self, particles: Particles, space: QuadLattice, kernel: Kernel, terms: Sequence[Term]
+        self,
+        particles: Particles,
+        space: QuadLattice,
+        kernel: Kernel,
+        terms: Sequence[Term],
+        evaluation: str = "auto",
     ):
         self.particles = particles
         self.space = space
@@ -53,8 +61,13 @@ class MessageBus:
         for term in terms:
             particles.declare(term.name, term)
         self._check(terms)
-        periodic = any(space.domain.periods)
-        self._passes = [GatherPass(each, kernel, particles, periodic) for each in self.rounds]
+        if evaluation not in ("auto", *EVALUATIONS):
+            choice = ", ".join(map(repr, EVALUATIONS))
+            raise ValueError(f"evaluation is {evaluation!r}; it must be 'auto', {choice}")
+        #: How compiled sums are taken.
+        self.evaluation = best_evaluation(self.rounds) if evaluation == "auto" else evaluation
+        self._passes = [RoundPass(each, kernel, particles, self.evaluation) for each in self.rounds]
+        self._lists: tuple[SortedCells | None, NeighbourLists | None] = (None, None)
         self.close()
 
     @property
@@ -84,7 +97,7 @@ class MessageBus:
         ``rows`` are the table's rows that the cells were made from, None for all.
         """
         try:
-            self._pass(cells, self._sums, rows)
+            self._pass(cells, self._lists_of(cells), self._sums, rows)
         except NumbaError as error:
             names = ", ".join(term.name for term in self.terms)
             error.add_note(
@@ -92,6 +105,14 @@ class MessageBus:
                 "run the scene with tier='agents'"
             )
             raise
+
+    def _lists_of(self, cells: SortedCells) -> NeighbourLists | None:
+        """The neighbours listed, once for all rounds; None where nobody needs the list."""
+        if self.evaluation != "stored":
+            return None
+        if self._lists[0] is not cells:
+            self._lists = (cells, neighbour_lists(cells))
+        return self._lists[1]
 
     def deliver_all(self, rows: np.ndarray | None = None) -> None:
         """Write the sums to the columns, for all agents or those in ``rows``."""

@@ -1,91 +1,41 @@
-"""The compiled pass of the bus: every agent sums over its potential neighbours.
+"""Gathered evaluation: every agent sums over its potential neighbours.
 
 The potential neighbours of a sub-domain are copied once into a short contiguous buffer,
 shared by all agents in it (the list LpN of paper 2.4.2).  Each agent then runs over that
 buffer without a branch, which the compiler turns into vector instructions, and adds up
-all terms of the round in one pass.  An agent's sum has one order, so the result has the
-same bits however the agents are cut into blocks for threads.
+all terms of the round in one pass.  Nothing is stored, and no message is mirrored: where a
+contribution is cheap, computing it at both ends is quicker than sending it.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, inlined, table_reader
+from apmethod.compile import compiled, in_blocks, table_reader
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term, pair_maker
-from apmethod.particles import Particles
+from apmethod.message.fuse import adder, evaluator, width_of
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import distance_2
-from apmethod.perceive.sorting import take
 
 
-class GatherPass:
-    """All terms of one round, compiled into one loop over agents and candidates.
-
-    Args:
-        terms: the terms of the round.
-        kernel: the scene's smoothing kernel.
-        particles: the table; its columns say what is scalar and what is a vector.
-        periodic: whether sorted cells may hold images.
-    """
-
-    def __init__(self, terms: Sequence[Term], kernel: Kernel, particles: Particles, periodic: bool):
-        self.terms = tuple(terms)
-        self.kernel = kernel
-        self.particles = particles
-        names = dict.fromkeys(name for term in self.terms for name in term.columns)
-        self.reads = {name: particles.columns[name].components for name in names}
-        self.width = sum(term.components or 1 for term in self.terms)
-        self._rows = sum(components or 1 for components in self.reads.values())
-        self._run = _compile_gather(self.terms, kernel, tuple(self.reads.items()), periodic)
-
-    def __call__(self, cells: SortedCells, sums: np.ndarray, rows: np.ndarray | None) -> None:
-        """Write each agent's sums to its row of ``sums``, of shape (agents, width).
-
-        ``rows`` are the rows of the table that the cells were made from, None for all.
-        """
-        where = cells.row if rows is None else rows[cells.row]
-        table = np.empty((self._rows, len(where)))
-        for line, component in enumerate(self._components()):
-            in_blocks(take, len(where), where, component, table[line])
-        in_blocks(
-            self._run, len(cells.number), cells.start, cells.low, cells.high, where, cells.image,
-            cells.x, cells.y, cells.shift_x, cells.shift_y, table, cells.longest,
-            cells.core_radius, cells.core_radius / self.kernel.support, sums, least=200,
-        )  # fmt: skip
-
-    def _components(self) -> Iterator[np.ndarray]:
-        """The columns that the terms read, vectors by component."""
-        for name in self.reads:
-            values = self.particles.array(name)
-            yield from values.T if values.ndim == 2 else (values,)
-
-
-def evaluator(terms: Sequence[Term], among: Sequence[Term] | None = None) -> Callable:
-    """A compiled ``f(pair, i, j)``: what j gives i, weighed, of all terms in one tuple.
-
-    Terms of ``among`` that are not in ``terms`` give zeros.
-    """
-    formulas, pieces = {}, []
-    for number, term in enumerate(among or terms):
-        if term not in terms:
-            pieces += ["0.0"] * (term.components or 1)
-            continue
-        formulas[f"f{number}"] = inlined(term.formula)
-        weight = f"j.{term.weight} * " if term.weight else ""
-        call = f"f{number}(pair, i, j)"
-        parts = [""] if term.components is None else [f"[{n}]" for n in range(term.components)]
-        pieces += [f"{weight}{call}{part}" for part in parts]
-    # The number of terms is a scene's own, and numba needs each call spelled out.
-    return inlined(eval(f"lambda pair, i, j: ({', '.join(pieces)},)", formulas))
-
-
-def _adder(width: int) -> tuple[Callable, tuple[float, ...]]:
-    """A compiled ``total + value if near``, part by part, and the zero it starts from."""
-    parts = ", ".join(f"total[{n}] + (value[{n}] if near else 0.0)" for n in range(width))
-    return inlined(eval(f"lambda total, value, near: ({parts},)")), (0.0,) * width
+def gather(
+    terms: Sequence[Term],
+    kernel: Kernel,
+    reads: tuple[tuple[str, int | None], ...],
+    cells: SortedCells,
+    row: np.ndarray,
+    table: np.ndarray,
+    sums: np.ndarray,
+) -> None:
+    """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
+    in_blocks(
+        _compile_gather(tuple(terms), kernel, reads, bool(len(cells.image))), len(cells.number),
+        cells.start, cells.low, cells.high, row, cells.image, cells.x, cells.y, cells.shift_x,
+        cells.shift_y, table, cells.longest, cells.core_radius,
+        cells.core_radius / kernel.support, sums, least=200,
+    )  # fmt: skip
 
 
 @cache
@@ -99,11 +49,11 @@ def _compile_gather(
     read = table_reader(reads)
     evaluate = evaluator(terms)
     evaluate_own = evaluator([term for term in terms if term.own], among=terms)
-    width = sum(term.components or 1 for term in terms)
-    add, zero = _adder(width)
+    width = width_of(terms)
+    add, zero = adder(width)
 
     @compiled
-    def gather(
+    def gather_sums(
         first, last, start, low, high, row, image, x, y, shift_x, shift_y, table, longest,
         core_radius, smoothing_length, sums,
     ):  # fmt: skip
@@ -160,4 +110,4 @@ def _compile_gather(
                 for part in range(width):
                     sums[row[i], part] = total[part]
 
-    return gather
+    return gather_sums

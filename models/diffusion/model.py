@@ -29,6 +29,7 @@ class DensityDiffusion(FieldModel):
         integrator: time integration.
         dt: time step; the run makes 200 of the default one. None for the model's choice.
         level: p of the quad-lattice.
+        evaluation: how compiled sums are taken.
         tier: "compiled" or "agents".
         rng: seed.
     """
@@ -45,6 +46,7 @@ class DensityDiffusion(FieldModel):
         integrator: str = "midpoint",
         dt: float | None = 0.01,
         level: int = 1,
+        evaluation: str = "auto",
         tier: str = "compiled",
         rng: int | None = None,
     ):
@@ -60,6 +62,7 @@ class DensityDiffusion(FieldModel):
             integrator=integrator,
             dt=dt,
             level=level,
+            evaluation=evaluation,
             tier=tier,
             rng=rng,
             agent_class=Parcel,

@@ -27,6 +27,7 @@ class RotatingHill(FieldModel):
         integrator: time integration.
         dt: time step, None for the model's choice.
         level: p of the quad-lattice.
+        evaluation: how compiled sums are taken.
         tier: "compiled" or "agents".
         rng: seed.
     """
@@ -43,6 +44,7 @@ class RotatingHill(FieldModel):
         integrator: str = "strang",
         dt: float | None = None,
         level: int = 1,
+        evaluation: str = "auto",
         tier: str = "compiled",
         rng: int | None = None,
     ):
@@ -59,6 +61,7 @@ class RotatingHill(FieldModel):
             integrator=integrator,
             dt=dt,
             level=level,
+            evaluation=evaluation,
             tier=tier,
             rng=rng,
             agent_class=HillParticle,

@@ -1,0 +1,88 @@
+"""Timing contenders in turn, so that a busy moment of the machine meets all of them."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+from time import perf_counter
+
+Report = Callable[[float, int], None]
+
+
+@dataclass(frozen=True)
+class Times:
+    """Seconds that one contender took in each round."""
+
+    seconds: tuple[float, ...]
+
+    @property
+    def median(self) -> float:
+        """The middle one, which a single busy moment does not change."""
+        return median(self.seconds)
+
+    @property
+    def minimum(self) -> float:
+        """The shortest, the least disturbed by whatever else the machine did."""
+        return min(self.seconds)
+
+
+def stopwatch(action: Callable[[], object]) -> float:
+    """Seconds that ``action()`` takes, without pauses of the garbage collector.
+
+    Looking through millions of agents for garbage would otherwise strike a contender by
+    chance; `timeit` switches the collector off for the same reason.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        began = perf_counter()
+        action()
+        return perf_counter() - began
+    finally:
+        if collecting:
+            gc.enable()
+
+
+def alternate(
+    contenders: Mapping[str, Callable[[], float]],
+    rounds: int,
+    *,
+    before: Callable[[], None] = lambda: None,
+    after: Callable[[], None] = lambda: None,
+) -> dict[str, Times]:
+    """Let each contender run once a round, in turn.
+
+    Args:
+        contenders: what to run by name; each gives back the seconds it took.
+        rounds: number of rounds.
+        before: called before each round, untimed; it may set the next state for all.
+        after: called after each round, untimed.
+    """
+    seconds: dict[str, list[float]] = {name: [] for name in contenders}
+    for _ in range(rounds):
+        before()
+        for name, contender in contenders.items():
+            seconds[name].append(contender())
+        after()
+    return {name: Times(tuple(values)) for name, values in seconds.items()}
+
+
+class Progress:
+    """Tells a progress bar how far a sweep over sizes has come, larger sizes counting more.
+
+    Args:
+        report: called with the share done and the rounds made.
+        sizes: the sizes to come, once for each round.
+    """
+
+    def __init__(self, report: Report | None, sizes: Sequence[int]):
+        self._report = report or (lambda share, rounds: None)
+        self._total, self._done, self._rounds = sum(sizes), 0, 0
+
+    def made(self, size: int) -> None:
+        """One round of this size has been made."""
+        self._done += size
+        self._rounds += 1
+        self._report(self._done / self._total, self._rounds)

@@ -1,0 +1,92 @@
+"""The compiled evaluations of a round behind one call.
+
+All three give the same sums: each agent's sum has one order, so the bits do not depend on
+the number of threads, and the three differ from each other by rounding only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from apmethod.compile import in_blocks
+from apmethod.contribute.smoothing import Kernel
+from apmethod.contribute.terms import Term
+from apmethod.message.fuse import width_of
+from apmethod.message.gather import gather
+from apmethod.message.scatter import scatter
+from apmethod.message.stored import sum_over_lists
+from apmethod.particles import Particles
+from apmethod.perceive.cells import SortedCells
+from apmethod.perceive.lists import NeighbourLists
+from apmethod.perceive.sorting import take
+
+EVALUATIONS = ("gathered", "scattered", "stored")
+
+
+def best_evaluation(rounds: Sequence[Sequence[Term]]) -> str:
+    """The evaluation that is quickest for such rounds, by measurement.
+
+    Finding and listing the neighbours takes about as long as one gathered round, and a round
+    over the lists half to three quarters of one, so the lists pay from the fourth round on.
+    A scattered round is slower than a gathered one, which runs on vector instructions, unless
+    a scene's formulas are dear: then it is for the scene to say so.
+    """
+    return "stored" if len(rounds) >= 4 else "gathered"
+
+
+class RoundPass:
+    """All terms of one round over all agents, compiled.
+
+    Args:
+        terms: the terms of the round.
+        kernel: the scene's smoothing kernel.
+        particles: the table; its columns say what is scalar and what is a vector.
+        evaluation: "gathered", "scattered" or "stored".
+    """
+
+    def __init__(
+        self, terms: Sequence[Term], kernel: Kernel, particles: Particles, evaluation: str
+    ):
+        self.terms = tuple(terms)
+        self.kernel = kernel
+        self.particles = particles
+        self.evaluation = evaluation
+        names = dict.fromkeys(name for term in self.terms for name in term.columns)
+        self.reads = tuple((name, particles.columns[name].components) for name in names)
+        self.width = width_of(self.terms)
+        self._lines = sum(components or 1 for _, components in self.reads)
+
+    def __call__(
+        self,
+        cells: SortedCells,
+        lists: NeighbourLists | None,
+        sums: np.ndarray,
+        rows: np.ndarray | None = None,
+    ) -> None:
+        """Write each agent's sums to its row of ``sums``, of shape (agents, width).
+
+        Args:
+            cells: the agents, sorted.
+            lists: their neighbours, for the stored evaluation.
+            sums: where to write.
+            rows: rows of the table that the cells were made from, None for all.
+        """
+        row = cells.row if rows is None else rows[cells.row]
+        table = np.empty((self._lines, len(row)))
+        for line, component in enumerate(self._components()):
+            in_blocks(take, len(row), row, component, table[line])
+        scene = (self.terms, self.kernel, self.reads, cells)
+        if self.evaluation == "gathered":
+            gather(*scene, row, table, sums)
+        elif self.evaluation == "scattered":
+            scatter(*scene, row, table, sums)
+        else:
+            sum_over_lists(*scene, lists, row, table, sums)
+
+    def _components(self) -> Iterator[np.ndarray]:
+        """The columns that the terms read, vectors by component."""
+        for name, _ in self.reads:
+            values = self.particles.array(name)
+            yield from values.T if values.ndim == 2 else (values,)

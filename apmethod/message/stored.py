@@ -1,0 +1,68 @@
+"""Stored evaluation: neighbours are found once and listed, and every round runs over them."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from apmethod.compile import compiled, in_blocks, table_reader
+from apmethod.contribute.smoothing import Kernel
+from apmethod.contribute.terms import Term, pair_maker
+from apmethod.message.fuse import adder, evaluator, width_of
+from apmethod.perceive.cells import SortedCells
+from apmethod.perceive.lists import NeighbourLists
+
+
+def sum_over_lists(
+    terms: Sequence[Term],
+    kernel: Kernel,
+    reads: tuple[tuple[str, int | None], ...],
+    cells: SortedCells,
+    lists: NeighbourLists,
+    row: np.ndarray,
+    table: np.ndarray,
+    sums: np.ndarray,
+) -> None:
+    """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
+    in_blocks(
+        _compile(tuple(terms), kernel, reads, bool(len(cells.image))), len(cells.row),
+        lists.start, lists.other, row, cells.image, cells.x, cells.y, cells.shift_x,
+        cells.shift_y, table, cells.core_radius / kernel.support, sums, least=500,
+    )  # fmt: skip
+
+
+@cache
+def _compile(
+    terms: tuple[Term, ...],
+    kernel: Kernel,
+    reads: tuple[tuple[str, int | None], ...],
+    periodic: bool,
+) -> Callable:
+    make_pair = pair_maker(kernel)
+    read = table_reader(reads)
+    evaluate = evaluator(terms)
+    evaluate_own = evaluator([term for term in terms if term.own], among=terms)
+    width = width_of(terms)
+    add, zero = adder(width)
+
+    @compiled
+    def stored_sums(
+        first, last, begin, other, row, image, x, y, shift_x, shift_y, table, smoothing_length,
+        sums,
+    ):  # fmt: skip
+        for i in range(first, last):
+            if periodic and image[i]:
+                continue
+            me = read(table, i)
+            total = add(zero, evaluate_own(make_pair(0.0, 0.0, smoothing_length), me, me), True)
+            for k in range(begin[i], begin[i + 1]):
+                j = other[k]
+                dx, dy = x[i] - x[j], y[i] - y[j]
+                if periodic:
+                    dx, dy = dx - shift_x[j], dy - shift_y[j]
+                value = evaluate(make_pair(dx, dy, smoothing_length), me, read(table, j))
+                total = add(total, value, True)
+            for part in range(width):
+                sums[row[i], part] = total[part]
+
+    return stored_sums

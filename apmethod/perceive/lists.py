@@ -1,0 +1,81 @@
+"""Each agent's neighbours as one flat list: found once, used in several rounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from apmethod.compile import compiled, in_blocks
+from apmethod.perceive.cells import SortedCells
+from apmethod.perceive.domain import distance_2
+
+
+@dataclass(frozen=True)
+class NeighbourLists:
+    """Neighbours of the agents of sorted cells, by their places in the sorted arrays.
+
+    Attributes:
+        start: the neighbours of entry k are other[start[k]:start[k + 1]]; an image has none.
+        other: places of the neighbours, ascending for each agent.
+    """
+
+    start: np.ndarray
+    other: np.ndarray
+
+
+def neighbour_lists(cells: SortedCells) -> NeighbourLists:
+    """The neighbours of all agents in ``cells``, closer than the core radius."""
+    arguments = (
+        cells.start, cells.low, cells.high, cells.image, cells.x, cells.y, cells.shift_x,
+        cells.shift_y, cells.core_radius, cells.longest,
+    )  # fmt: skip
+    start = np.zeros(len(cells.row) + 1, np.int64)
+    none = np.empty(0, np.int32)
+    in_blocks(_find, len(cells.number), *arguments, start, none, True, least=200)
+    np.cumsum(start, out=start)
+    other = np.empty(start[-1], np.int32)
+    in_blocks(_find, len(cells.number), *arguments, start, other, False, least=200)
+    return NeighbourLists(start, other)
+
+
+@compiled
+def _find(
+    first, last, start, low, high, image, x, y, shift_x, shift_y, core_radius, longest,
+    begin, other, count_only,
+):  # fmt: skip
+    """Count each agent's neighbours into ``begin``, one place on, or list them from there."""
+    near_x, near_y, apart_2 = np.empty(longest), np.empty(longest), np.empty(longest)
+    place, found = np.empty(longest, np.int32), np.empty(longest + 1, np.int32)
+    radius_2 = core_radius * core_radius
+    for cell in range(first, last):
+        # LpN: the runs of the surrounding sub-domains, one after the other.
+        count = 0
+        for run in range(low.shape[1]):
+            for j in range(low[cell, run], high[cell, run]):
+                near_x[count], near_y[count], place[count] = x[j], y[j], j
+                count += 1
+        for i in range(start[cell], start[cell + 1]):
+            if image.size and image[i]:
+                continue
+            if image.size:
+                for k in range(count):
+                    dx = (x[i] - near_x[k]) - shift_x[place[k]]
+                    dy = (y[i] - near_y[k]) - shift_y[place[k]]
+                    apart_2[k] = distance_2(dx, dy)
+            else:
+                for k in range(count):
+                    apart_2[k] = distance_2(x[i] - near_x[k], y[i] - near_y[k])
+            if count_only:
+                total = -1  # the agent itself is among the candidates
+                for k in range(count):
+                    total += 1 if apart_2[k] < radius_2 else 0
+                begin[i + 1] = total
+                continue
+            # Written at every candidate and kept at each neighbour: no branch to mispredict.
+            taken = 0
+            for k in range(count):
+                found[taken] = place[k]
+                taken += 1 if (apart_2[k] < radius_2) & (place[k] != i) else 0
+            for k in range(taken):
+                other[begin[i] + k] = found[k]

@@ -1,0 +1,106 @@
+"""The compiled evaluations give the same sums, and the same bits on any number of threads."""
+
+import numpy as np
+import pytest
+
+from apmethod import Bounded, Open, Periodic, brute_force_pairs, explain, set_threads, term
+from apmethod.compile import threads
+from apmethod.message.passes import EVALUATIONS, best_evaluation
+from apmethod.perceive.domain import Domain
+from apmethod.perceive.lists import neighbour_lists
+from samples import Curious, build, column_by_id
+
+DOMAINS = {
+    "open": Open(),
+    "bounded": Bounded((0.0, 0.0), (1.0, 1.0)),
+    "periodic": Periodic((0.0, 0.0), (1.0, 1.0)),
+    "channel": Domain((0.0, 0.0), (1.0, 1.0), ("periodic", "bounded")),
+}
+
+
+class Seer(Curious):
+    """Perceives in Python, as all do."""
+
+    def perceive(self):
+        super().perceive()
+
+
+def after_two_steps(**options):
+    model = build(300, agent_class=Curious, dt=1e-3, **options)
+    model.particles.assign("charge", 1.0 + model.particles.position[:, 0])
+    for _ in range(2):
+        model.step()
+    return model
+
+
+@pytest.mark.parametrize("level", [0, 1, 2])
+@pytest.mark.parametrize("domain", list(DOMAINS))
+@pytest.mark.parametrize("evaluation", ["scattered", "stored"])
+def test_all_evaluations_agree(evaluation, domain, level):
+    options = {"domain": DOMAINS[domain], "level": level}
+    expected = after_two_steps(evaluation="gathered", **options)
+    found = after_two_steps(evaluation=evaluation, **options)
+    for name in expected.particles.names:
+        a, b = getattr(expected.particles, name), getattr(found.particles, name)
+        assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
+
+
+@pytest.mark.parametrize("evaluation", EVALUATIONS)
+def test_mixed_scenes_agree(evaluation):
+    models = [
+        after_two_steps(evaluation=evaluation, others=[Seer], tier=tier)
+        for tier in ("compiled", "agents")
+    ]
+    for name in models[0].particles.names:
+        a, b = (column_by_id(model, name) for model in models)
+        assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
+
+
+@pytest.mark.parametrize("evaluation", EVALUATIONS)
+def test_threads_change_no_bit(evaluation):
+    before, found = threads(), set()
+    try:
+        for count in (1, 2, 3):
+            set_threads(count)
+            model = build(5000, agent_class=Curious, core_radius=0.05, evaluation=evaluation,
+                          domain=DOMAINS["periodic"])  # fmt: skip
+            model.step()
+            table = model.particles
+            found.add(b"".join(getattr(table, name).tobytes() for name in table.names))
+    finally:
+        set_threads(before)
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize("domain", list(DOMAINS))
+def test_lists_hold_the_neighbours_and_nothing_else(domain):
+    positions = np.random.default_rng(8).integers(0, 12, (200, 2)) / 11.0
+    model = build(positions=positions, domain=DOMAINS[domain], core_radius=0.2)
+    cells = model.space.cells
+    lists = neighbour_lists(cells)
+    found = {
+        (cells.row[k], cells.row[other])
+        for k in range(len(cells.row))
+        for other in lists.other[lists.start[k] : lists.start[k + 1]]
+    }
+    pairs = brute_force_pairs(positions, 0.2, DOMAINS[domain])
+    assert found == {(i, j) for i, j in pairs} | {(j, i) for i, j in pairs}
+    assert len(lists.other) == 2 * len(pairs)
+
+
+def test_which_one_runs_is_told_and_can_be_forced():
+    assert dict(explain(build(5)))["contribute 1"].endswith("compiled, gathered")
+    forced = build(5, evaluation="stored")
+    assert dict(explain(forced))["contribute 2"].endswith("compiled, stored")
+    with pytest.raises(ValueError, match="evaluation is 'fast'; it must be 'auto', 'gathered'"):
+        build(5, evaluation="fast")
+
+
+def test_lists_pay_from_the_fourth_round_on():
+    @term("even")
+    def crowd(pair, i, j):
+        return pair.w
+
+    assert [best_evaluation([(crowd,)] * count) for count in (1, 3, 4)] == [
+        "gathered", "gathered", "stored",
+    ]  # fmt: skip
