@@ -15,7 +15,7 @@ import numpy as np
 
 from apmethod.compile import in_blocks
 from apmethod.perceive.domain import PERIODIC, Domain
-from apmethod.perceive.sorting import counting_sort, runs_around, take
+from apmethod.perceive.sorting import corners, counting_sort, longest_run, runs_around, take
 
 #: A dense table of sub-domains may hold this many for each agent; beyond, it is searched.
 _DENSE = 16
@@ -63,7 +63,7 @@ class SortedCells:
     @property
     def longest(self) -> int:
         """The largest number of potential neighbours that any sub-domain has."""
-        return int((self.high - self.low).sum(axis=1).max(initial=0))
+        return longest_run(self.low, self.high)
 
     def around(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """low and high for any points, of shape (n, 2): the runs of agents near each."""
@@ -91,8 +91,9 @@ def sort_into_cells(
     """Sort agents, positions of shape (n, 2), into sub-domains of side core_radius / 2^level."""
     row, shift = _with_images(positions, core_radius, domain)
     where = positions if row is None else positions[row] + shift
-    lowest, highest = (where.min(axis=0), where.max(axis=0)) if len(where) else np.zeros((2, 2))
-    side, grid = _grid(highest - lowest, core_radius, level)
+    lowest, highest = corners(where) if len(where) else ((0.0, 0.0), (0.0, 0.0))
+    extent = (highest[0] - lowest[0], highest[1] - lowest[1])
+    side, grid = _grid(extent, core_radius, level)
     if grid[0] * grid[1] <= _DENSE * len(where) + 1024:
         order, begin = counting_sort(where, lowest, side, grid)
         occupied = np.flatnonzero(begin[1:] > begin[:-1])
@@ -111,7 +112,7 @@ def sort_into_cells(
         core_radius=core_radius,
         level=level,
         side=side,
-        origin=(float(lowest[0]), float(lowest[1])),
+        origin=lowest,
         grid=grid,
         row=sorted_row,
         image=order >= len(positions) if len(shift) else np.empty(0, bool),
@@ -160,17 +161,19 @@ def _in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:
     return table
 
 
-def _grid(extent: np.ndarray, core_radius: float, level: int) -> tuple[float, tuple[int, int]]:
+def _grid(
+    extent: tuple[float, float], core_radius: float, level: int
+) -> tuple[float, tuple[int, int]]:
     """Side of a sub-domain, and how many fit along x and y."""
     # Numbering a sub-domain rounds; the margin keeps an agent just inside the core radius
     # from being numbered one sub-domain too far.
-    widest = float(extent.max()) / core_radius * 2**level
+    widest = max(extent) / core_radius * 2**level
     side = core_radius / 2**level * (1.0 + max(1e-9, 8.0 * np.finfo(float).eps * widest))
-    side = max(side, float(extent.max()) / (_LONGEST - 1))
+    side = max(side, max(extent) / (_LONGEST - 1))
     return side, tuple(int(length / side) + 1 for length in extent)
 
 
-def _numbers(where: np.ndarray, lowest: np.ndarray, side: float, grid: tuple) -> np.ndarray:
+def _numbers(where: np.ndarray, lowest: tuple, side: float, grid: tuple) -> np.ndarray:
     """Number of the sub-domain that each position is in."""
     place = ((where - lowest) / side).astype(np.int64)
     np.minimum(place, np.array(grid) - 1, out=place)

@@ -16,7 +16,7 @@ _BLOCK = 20_000
 
 
 def counting_sort(
-    places: np.ndarray, lowest: np.ndarray, side: float, grid: tuple[int, int]
+    places: np.ndarray, lowest: tuple[float, float], side: float, grid: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Order of places, of shape (n, 2), by the number of their sub-domain.
 
@@ -28,8 +28,7 @@ def counting_sort(
     edges = np.array([len(places) * block // blocks for block in range(blocks + 1)])
     number = np.empty(len(places), np.int64)
     tally = np.zeros((blocks, grid[0] * grid[1]), np.int64)
-    corner = (float(lowest[0]), float(lowest[1]))
-    in_blocks(_number_and_count, blocks, edges, places, corner, side, grid, number, tally, least=1)
+    in_blocks(_number_and_count, blocks, edges, places, lowest, side, grid, number, tally, least=1)
     begin = np.empty(grid[0] * grid[1] + 1, np.int64)
     _accumulate(tally, begin)
     order = np.empty(len(places), np.int64)
@@ -55,6 +54,29 @@ def runs_around(
     high = np.empty_like(low)
     in_blocks(_find_runs, len(number), number, grid, reach, begin, low, high, least=5_000)
     return low, high
+
+
+@compiled
+def corners(places):
+    """Smallest and largest x and y of places, of shape (n, 2): (x, y), (x, y)."""
+    west, south, east, north = np.inf, np.inf, -np.inf, -np.inf
+    for k in range(places.shape[0]):
+        x, y = places[k, 0], places[k, 1]
+        west, east = min(west, x), max(east, x)
+        south, north = min(south, y), max(north, y)
+    return (west, south), (east, north)
+
+
+@compiled
+def longest_run(low, high):
+    """The largest number of entries in the runs around one sub-domain."""
+    longest = 0
+    for cell in range(low.shape[0]):
+        count = 0
+        for run in range(low.shape[1]):
+            count += high[cell, run] - low[cell, run]
+        longest = max(longest, count)
+    return longest
 
 
 @compiled
