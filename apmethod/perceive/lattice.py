@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,9 @@ from apmethod.perceive.pairs import neighbour_pairs
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
     from apmethod.particles import Particles
+
+#: More potential neighbours than any smoothing needs.
+_CROWD = 5_000
 
 
 class QuadLattice:
@@ -51,6 +55,7 @@ class QuadLattice:
         self.core_radius = core_radius
         self._cells: SortedCells | None = None
         self._changes = -1
+        self._warned = False
         #: What agents have perceived in a way of their own, until they perceive again.
         self.perceived: dict[AgentParticle, list[AgentParticle]] = {}
         particles.checks["position"] = self.domain.check_positions
@@ -75,7 +80,20 @@ class QuadLattice:
         self._index: dict[int, int] | None = None
         self._changes = self.particles.changes
         self._cells = self.sorted(self.particles.array("position"))
+        if self._cells.longest > _CROWD and not self._warned:
+            self._warned = True
+            warnings.warn(self._crowd_warning(), stacklevel=2)
         self._place: list[list[float]] | None = None
+
+    def _crowd_warning(self) -> str:
+        cells = self._cells
+        crowd = int(np.argmax((cells.high - cells.low).sum(axis=1)))
+        agent = self.particles._agents[cells.row[cells.start[crowd]]]
+        return (
+            f"around {agent!r} an agent tests {cells.longest} others for being nearer than the "
+            f"core radius {self.core_radius:.4g}; where agents crowd, a step's time grows with "
+            "the square of their number: a smaller core radius would help"
+        )
 
     def forget(self) -> None:
         """Answer the next question from where the agents stand then."""

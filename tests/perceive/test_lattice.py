@@ -1,5 +1,7 @@
 """The lattice finds what trying every pair finds, wherever agents stand."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -186,3 +188,13 @@ def test_a_periodic_domain_must_be_two_core_radii_long():
 def test_a_bad_level_is_refused(level):
     with pytest.raises(ValueError, match=r"level is .*whole number from 0 to 6"):
         ParticleModel(AgentParticle, core_radius=0.1, level=level)
+
+
+def test_a_crowd_in_one_cell_is_reported_once():
+    model = ParticleModel(AgentParticle, core_radius=1.0, dt=1.0)
+    AgentParticle.create_agents(model, 5001, position=(2.0, 3.0))
+    with pytest.warns(UserWarning, match=r"around <AgentParticle 1 at \(2, 3\)> .* 5001 others"):
+        model.space.take_down()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model.space.take_down()
