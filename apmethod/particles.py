@@ -35,6 +35,7 @@ class Column:
         minimum: smallest value accepted.
         kept: False for a column that exists only in scenes whose procedure fills it
             (a sum delivered by the message bus); it is not part of an agent's state.
+        like: name of a column that a new agent's value is taken from instead of ``start``.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class Column:
         unit: str = "",
         minimum: float | None = None,
         kept: bool = True,
+        like: str | None = None,
     ):
         self.components = components
         self.dtype = np.dtype(dtype)
@@ -53,6 +55,7 @@ class Column:
         self.unit = unit
         self.minimum = minimum
         self.kept = kept
+        self.like = like
         self.name = ""
 
     @property
@@ -245,7 +248,9 @@ class Particles:
         if last > len(self._kind):
             self._grow(max(last, 2 * first))
         for name, array in self._arrays.items():
-            array[first:last] = values.get(name, self.columns[name].start)
+            column = self.columns[name]
+            start = self._arrays[column.like][first:last] if column.like else column.start
+            array[first:last] = values.get(name, start)
         if agents:
             self._kind[first:last] = self._classes.index(type(agents[0]))
         for row, agent in enumerate(agents, first):

@@ -232,3 +232,28 @@ def test_agents_tell_who_they_are():
     assert repr(agent) == "<DiffusingParticle 1 at (0.25, 0.5)>"
     agent.remove()
     assert repr(agent) == "<DiffusingParticle 1, removed>"
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4", "strang"])
+def test_agents_may_arrive_while_others_predict_and_move(integrator):
+    class Parent(Curious):
+        def _bear(self):
+            if self.unique_id < 40:
+                Curious(self.model, position=self.position + 0.01, mass=1e-3)
+
+        def predict(self):
+            super().predict()
+            self._bear()
+
+        def move(self):
+            super().move()
+            self._bear()
+
+    models = [
+        build(30, agent_class=Curious, others=[Parent], tier=tier, integrator=integrator)
+        for tier in ("compiled", "agents")
+    ]
+    for model in models:
+        model.step()
+        assert len(model.agents) > 30
+        assert (np.abs(model.particles.position - 0.5) < 0.6).all()

@@ -61,7 +61,8 @@ class Motion:
         #: The laws that a stage evaluates; a split flow is carried on its own.
         self.evaluated = tuple(law for law in self.laws if law is not self.split_flow)
         # Written within a step before they are read, so not part of an agent's state.
-        scratch = ["_start", "_rate"]
+        particles.declare("_start", Column(2, kept=False, like="position"))
+        particles.declare("_rate", Column(2, kept=False))
         if integrator.of == "acceleration":
             if "velocity" not in particles:
                 raise ValueError(
@@ -73,11 +74,9 @@ class Motion:
             else:
                 particles.declare("_pushed", Column())
         else:
-            scratch.append("_displacement")
+            particles.declare("_displacement", Column(2, kept=False))
         if self.split_flow is not None:
-            scratch.append("_carried")
-        for name in scratch:
-            particles.declare(name, Column(2, kept=False))
+            particles.declare("_carried", Column(2, kept=False, like="position"))
         self._changes = -1
         self.stage: Stage | None = None
         self.now = Now(0.0, np.nan, np.nan)
