@@ -138,12 +138,13 @@ def _with_images(
         return None, np.empty((0, 2))
     row = np.arange(len(positions))
     shift = np.zeros((len(positions), 2))
+    reach = core_radius * (1.0 + 1e-9)  # one image too many is better than one too few
     for axis, period in enumerate(domain.periods):
         if domain.kinds[axis] != PERIODIC:
             continue
         along = positions[row, axis]
-        beyond = np.flatnonzero(along <= domain.lower[axis] + core_radius)
-        before = np.flatnonzero(along >= domain.upper[axis] - core_radius)
+        beyond = np.flatnonzero(along <= domain.lower[axis] + reach)
+        before = np.flatnonzero(along >= domain.upper[axis] - reach)
         step = np.zeros((len(beyond) + len(before), 2))
         step[: len(beyond), axis] = period
         step[len(beyond) :, axis] = -period

@@ -52,6 +52,11 @@ class Domain:
             if not closed:
                 self.lower[axis], self.upper[axis] = -np.inf, np.inf
         self.borders = names
+        #: Length of each periodic axis, 0 for the others.
+        self.periods = tuple(
+            float(high - low) if kind == PERIODIC else 0.0
+            for low, high, kind in zip(self.lower, self.upper, self.kinds, strict=True)
+        )
 
     def __repr__(self) -> str:
         if self.is_open:
@@ -63,14 +68,6 @@ class Domain:
     def is_open(self) -> bool:
         """Whether no side stops or wraps an agent."""
         return self.kinds == (OPEN, OPEN)
-
-    @property
-    def periods(self) -> tuple[float, float]:
-        """Length of each periodic axis, 0 for the others."""
-        return tuple(
-            float(high - low) if kind == PERIODIC else 0.0
-            for low, high, kind in zip(self.lower, self.upper, self.kinds, strict=True)
-        )
 
     @property
     def limits(self) -> tuple[tuple[float, float, int], tuple[float, float, int]]:
