@@ -66,6 +66,6 @@ def stable_space(
 
 
 SPACES = {
-    "Mesa, experimental ContinuousSpace": experimental_space,
-    "Mesa, ContinuousSpace": stable_space,
+    "Mesa, experimental space": experimental_space,
+    "Mesa, space": stable_space,
 }

@@ -20,7 +20,7 @@ import numpy as np
 
 from apmethod import ParticleModel, Periodic, brute_force_pairs, term
 from apmethod.bench.cloud import Cloud, core_radius_for
-from apmethod.bench.population import exchange, pairs, population, put, take
+from apmethod.bench.population import candidates, exchange, pairs, population, put, take
 from apmethod.bench.results import Disagreement, machine
 from apmethod.bench.timing import Progress, Report, Times, alternate, stopwatch
 
@@ -44,11 +44,6 @@ def predicted_candidates(agents: int, core_radius: float, level: int) -> float:
     """Table 2: (2*2^p + 1)^2 (anpc / 4^p) N, anpc the agents per cell of the unit square."""
     agents_per_cell = agents * core_radius**2
     return (2 * 2**level + 1) ** 2 * agents_per_cell / 4**level * agents
-
-
-def counted_candidates(model: ParticleModel) -> int:
-    """Agents that are tried in a search for the neighbours of all, none of them by itself."""
-    return model.space.cells.candidates() - len(model.particles)
 
 
 def study(
@@ -146,14 +141,14 @@ def _at_size(size: int, steps: int, seed: int, progress: Progress) -> list[dict[
     # A model for each tier: what one leaves behind must not be cleared away at the other's cost.
     models = {tier: build_levels(cloud.positions, core_radius) for tier in TIERS}
     pair_count = check_same_neighbours(models["compiled"], cloud.positions)
-    candidates: dict[str, list[int]] = {name: [] for name in LEVELS}
+    counted: dict[str, list[int]] = {name: [] for name in LEVELS}
 
     def move() -> None:
         cloud.move()
         for name, model in models["agents"].items():
             put(model, cloud.positions)
             put(models["compiled"][name], cloud.positions)
-            candidates[name].append(counted_candidates(model))
+            counted[name].append(candidates(model))
 
     search = {"agents": search_by_agents, "compiled": exchange}
     contenders = {
@@ -170,10 +165,10 @@ def _at_size(size: int, steps: int, seed: int, progress: Progress) -> list[dict[
             "level": level,
             "neighbours": 2.0 * pair_count / size,
             "predicted_candidates": predicted_candidates(size, core_radius, level),
-            "counted_candidates": float(np.mean(candidates[name])),
+            "counted_candidates": float(np.mean(counted[name])),
             "median_seconds": times[f"{tier} {name}"].median,
             "minimum_seconds": times[f"{tier} {name}"].minimum,
-            **_gain(tier, name, times, candidates),
+            **_gain(tier, name, times, counted),
         }
         for tier in TIERS
         for name, level in LEVELS.items()
@@ -181,7 +176,7 @@ def _at_size(size: int, steps: int, seed: int, progress: Progress) -> list[dict[
 
 
 def _gain(
-    tier: str, name: str, times: dict[str, Times], candidates: dict[str, list[int]]
+    tier: str, name: str, times: dict[str, Times], counted: dict[str, list[int]]
 ) -> dict[str, float | None]:
     """How much faster than the level before, and how many times fewer candidates."""
     names = list(LEVELS)
@@ -190,5 +185,5 @@ def _gain(
     before = names[names.index(name) - 1]
     return {
         "gain_in_time": times[f"{tier} {before}"].median / times[f"{tier} {name}"].median,
-        "gain_in_candidates": sum(candidates[before]) / sum(candidates[name]),
+        "gain_in_candidates": sum(counted[before]) / sum(counted[name]),
     }

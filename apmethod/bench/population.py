@@ -57,6 +57,11 @@ def exchange(model: ParticleModel) -> None:
         model.message()
 
 
+def candidates(model: ParticleModel) -> int:
+    """How many agents are tried in a search for the neighbours of all, none by itself."""
+    return model.space.cells.candidates() - len(model.particles)
+
+
 def pairs(model: ParticleModel) -> np.ndarray:
     """All pairs i < j of neighbours, agents numbered as they were made, in order."""
     found = np.sort(made(model)[model.space.pairs()], axis=1)

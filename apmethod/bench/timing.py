@@ -6,9 +6,12 @@ import gc
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
-from time import perf_counter
+from time import perf_counter, sleep
 
 Report = Callable[[float, int], None]
+
+#: Seconds between two contenders: threads that a peer leaves spinning fall asleep in them.
+_PAUSE = 0.01
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ def alternate(
     for _ in range(rounds):
         before()
         for name, contender in contenders.items():
+            sleep(_PAUSE)
             seconds[name].append(contender())
         after()
     return {name: Times(tuple(values)) for name, values in seconds.items()}
@@ -80,6 +84,7 @@ class Progress:
     def __init__(self, report: Report | None, sizes: Sequence[int]):
         self._report = report or (lambda share, rounds: None)
         self._total, self._done, self._rounds = sum(sizes), 0, 0
+        self._report(0.0, 0)
 
     def made(self, size: int) -> None:
         """One round of this size has been made."""

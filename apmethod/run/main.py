@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from apmethod import __version__
+from apmethod.bench.command import add_parser as add_bench
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,6 +58,8 @@ def _parser() -> argparse.ArgumentParser:
     scenes = commands.add_parser("scenes", help="the scenes that come with the package")
     scenes.add_argument("--json", action="store_true", help="print JSON")
     scenes.set_defaults(command=_scenes)
+
+    add_bench(commands)
     return parser
 
 
