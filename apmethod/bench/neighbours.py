@@ -140,7 +140,7 @@ def _at_size(size: int, steps: int, seed: int, progress: Progress) -> list[dict[
     cloud = Cloud(size, core_radius, periodic=True, seed=seed)
     # A model for each tier: what one leaves behind must not be cleared away at the other's cost.
     models = {tier: build_levels(cloud.positions, core_radius) for tier in TIERS}
-    pair_count = check_same_neighbours(models["compiled"], cloud.positions)
+    pair_count = check_same_neighbours(models["agents"], cloud.positions)
     counted: dict[str, list[int]] = {name: [] for name in LEVELS}
 
     def move() -> None:
