@@ -77,7 +77,7 @@ class QuadLattice:
         """Sort the agents as they stand now into the sub-domains."""
         self.perceived.clear()
         self._potential: dict[int, list[tuple]] = {}
-        self._index: dict[int, int] | None = None
+        self._entries: list[tuple] | None = None
         self._changes = self.particles.changes
         self._cells = self.sorted(self.particles.array("position"))
         if self._cells.longest > _CROWD and not self._warned:
@@ -171,21 +171,25 @@ class QuadLattice:
         return self._potential[number]
 
     def _gather_potential(self, number: int) -> list[tuple]:
-        cells = self.cells
-        if self._index is None:
-            self._index = {n: place for place, n in enumerate(cells.number.tolist())}
+        if self._entries is None:
+            self._list_entries()
         place = self._index[number]
-        runs = [
-            np.arange(low, high)
-            for low, high in zip(cells.low[place], cells.high[place], strict=True)
-        ]
-        taken = np.concatenate(runs)
-        columns = [column[taken].tolist() for column in (cells.row, cells.x, cells.y)]
+        potential: list[tuple] = []
+        for low, high in zip(self._low[place], self._high[place], strict=True):
+            potential += self._entries[low:high]
+        return potential
+
+    def _list_entries(self) -> None:
+        """The sorted cells as Python lists, of which a sub-domain's LpN is a few slices."""
+        cells = self._cells
+        columns = [column.tolist() for column in (cells.row, cells.x, cells.y)]
         if len(cells.image):
-            columns += [cells.shift_x[taken].tolist(), cells.shift_y[taken].tolist()]
+            columns += [cells.shift_x.tolist(), cells.shift_y.tolist()]
         else:
-            columns += [[0.0] * len(taken)] * 2
-        return list(zip(*columns, strict=True))
+            columns += [[0.0] * len(cells.row)] * 2
+        self._entries = list(zip(*columns, strict=True))
+        self._low, self._high = cells.low.tolist(), cells.high.tolist()
+        self._index = {number: place for place, number in enumerate(cells.number.tolist())}
 
     # -- what Mesa's own spaces answer -------------------------------------------------
 
