@@ -1,9 +1,42 @@
 """All terms of a round as one function of a pair, for compiled passes."""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
-from apmethod.compile import inlined
-from apmethod.contribute.terms import Pair, Term
+from apmethod.compile import inlined, table_reader
+from apmethod.contribute.smoothing import Kernel
+from apmethod.contribute.terms import Pair, Term, pair_maker
+
+
+class Ingredients(NamedTuple):
+    """What a compiled pass over pairs is put together from."""
+
+    make_pair: Callable  #: pair(dx, dy, h), with the kernel evaluated
+    read: Callable  #: read(table, k), the columns of one agent by name
+    evaluate: Callable  #: f(pair, i, j), what j gives i
+    evaluate_own: Callable  #: the same for the terms that count an agent itself
+    add: Callable  #: add(total, value, near)
+    zero: tuple[float, ...]  #: what totals start from
+
+
+def ingredients(
+    terms: tuple[Term, ...], kernel: Kernel, reads: tuple[tuple[str, int | None], ...]
+) -> Ingredients:
+    """The parts of a pass for the terms of a round.
+
+    Args:
+        terms: the terms of the round.
+        kernel: smoothing kernel.
+        reads: name and components of each column that the terms read.
+    """
+    own = [term for term in terms if term.own]
+    return Ingredients(
+        pair_maker(kernel),
+        table_reader(reads),
+        evaluator(terms),
+        evaluator(own, among=terms),
+        *adder(width_of(terms)),
+    )
 
 
 def width_of(terms: Sequence[Term]) -> int:

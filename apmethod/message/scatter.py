@@ -11,10 +11,10 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, table_reader
+from apmethod.compile import compiled, in_blocks
 from apmethod.contribute.smoothing import Kernel
-from apmethod.contribute.terms import Term, pair_maker
-from apmethod.message.fuse import adder, evaluator, mirror_evaluator, width_of
+from apmethod.contribute.terms import Term
+from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import distance_2
 
@@ -52,12 +52,9 @@ def _compile(
     reads: tuple[tuple[str, int | None], ...],
     periodic: bool,
 ) -> Callable:
-    make_pair = pair_maker(kernel)
-    read = table_reader(reads)
-    evaluate, mirror = evaluator(terms), mirror_evaluator(terms)
-    evaluate_own = evaluator([term for term in terms if term.own], among=terms)
-    width = width_of(terms)
-    add, zero = adder(width)
+    make_pair, read, evaluate, evaluate_own, add, zero = ingredients(terms, kernel, reads)
+    mirror = mirror_evaluator(terms)
+    width = len(zero)
 
     @compiled
     def scatter_sums(

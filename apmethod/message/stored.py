@@ -5,10 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, table_reader
+from apmethod.compile import compiled, in_blocks
 from apmethod.contribute.smoothing import Kernel
-from apmethod.contribute.terms import Term, pair_maker
-from apmethod.message.fuse import adder, evaluator, width_of
+from apmethod.contribute.terms import Term
+from apmethod.message.fuse import ingredients
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.lists import NeighbourLists
 
@@ -38,12 +38,8 @@ def _compile(
     reads: tuple[tuple[str, int | None], ...],
     periodic: bool,
 ) -> Callable:
-    make_pair = pair_maker(kernel)
-    read = table_reader(reads)
-    evaluate = evaluator(terms)
-    evaluate_own = evaluator([term for term in terms if term.own], among=terms)
-    width = width_of(terms)
-    add, zero = adder(width)
+    make_pair, read, evaluate, evaluate_own, add, zero = ingredients(terms, kernel, reads)
+    width = len(zero)
 
     @compiled
     def stored_sums(
