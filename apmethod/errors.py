@@ -2,7 +2,7 @@
 
 
 class StepFailed(RuntimeError):
-    """A step could not be completed; the agents stand where it began.
+    """A step could not be completed; the error's note says where the agents stand.
 
     Attributes:
         step: number of the failed step, counted from 1.

@@ -15,8 +15,7 @@ from apmethod.contribute.terms import Term
 from apmethod.errors import StepFailed
 from apmethod.mesa_versions import stay_alive
 from apmethod.message.bus import MessageBus
-from apmethod.move.diffusion import Diffusion
-from apmethod.move.integrate import Integrator, integrator_named
+from apmethod.move.integrate import Integrator, Stage, integrator_named
 from apmethod.move.law import Law
 from apmethod.move.motion import Motion
 from apmethod.particles import Particles
@@ -118,7 +117,7 @@ class ParticleModel(mesa.Model):
 
         Raises:
             StepFailed: if a column is no longer finite.  The agents are put back to where
-                the step began.
+                the step began, unless some came or went in it; a note on the error says so.
         """
         if self.procedure.tidies:
             self.space.tidy()
@@ -155,7 +154,7 @@ class ParticleModel(mesa.Model):
         """All agents take in what they have been sent."""
         self.procedure.message()
 
-    def advance(self, stage) -> None:
+    def advance(self, stage: Stage) -> None:
         """All agents go to a trial place, or move."""
         self.procedure.advance(stage)
 
@@ -174,19 +173,15 @@ class ParticleModel(mesa.Model):
     def largest_dt(self) -> float:
         """The largest stable time step now, infinite where nothing limits it."""
         reach = self.motion.integrator.reach
-        limits = [
-            law.largest_step(self.kernel, self.bus.smoothing_length, reach)
-            for law in self.motion.laws
-            if isinstance(law, Diffusion)
-        ]
+        h = self.bus.smoothing_length
+        limits = (law.largest_step(self.kernel, h, reach) for law in self.motion.laws)
         return min(limits, default=np.inf)
 
     def _chosen_dt(self) -> float:
         limit = MARGIN * self.largest_dt()
         positions = self.particles.array("position")
         for law in self.motion.laws:
-            turning = getattr(law, "turning", None)
-            rate = turning(positions, self.elapsed) if turning else 0.0
+            rate = law.turning(positions, self.elapsed)
             if rate > 0.0:
                 limit = min(limit, self.motion.integrator.turn / rate)
         if not np.isfinite(limit):
@@ -220,14 +215,13 @@ class ParticleModel(mesa.Model):
         try:
             yield
         except BaseException as error:  # Ctrl-C too: a step happens or it does not
-            restored = self.particles.changes == changes
-            if restored:
+            self.space.core_radius = radius
+            if self.particles.changes == changes:
                 self.particles.restore(state)
-                self.space.core_radius = radius
-            elif not isinstance(error, StepFailed):
-                error.add_note("agents came or went in the step, which could not be undone")
-            if not isinstance(error, StepFailed):
-                error.add_note(f"in step {self.steps}, from time {self.elapsed:g}")
+                where = "the agents were put back to where it began"
+            else:
+                where = "agents came or went in it, so it could not be undone"
+            error.add_note(f"step {self.steps}, from time {self.elapsed:g}: {where}")
             stay_alive(self)
             raise
         finally:
@@ -242,7 +236,7 @@ class ParticleModel(mesa.Model):
             value = self.particles.array(name)[self.particles.row(agent)]
             raise StepFailed(
                 f"column {name!r} of agent {agent.unique_id} ({type(agent).__name__}) became "
-                f"{value}; the agents were put back to the last good step",
+                f"{value}",
                 self.steps,
                 self.elapsed,
             )

@@ -159,7 +159,7 @@ class Particles:
 
     @property
     def classes(self) -> tuple[type, ...]:
-        """The agent classes that have had an agent, in order of arrival."""
+        """The agent classes whose columns the table has, in order of arrival."""
         return tuple(self._classes)
 
     def array(self, name: str) -> np.ndarray:
@@ -279,8 +279,12 @@ class Particles:
             agent._row = row
 
     def state(self) -> dict[str, np.ndarray]:
-        """Copies of the kept columns: all that a step starts from."""
-        return {n: self.array(n).copy() for n, column in self.columns.items() if column.kept}
+        """Copies of all columns but a step's scratch: where a failed step goes back to."""
+        return {
+            name: self.array(name).copy()
+            for name, column in self.columns.items()
+            if column.kept or not name.startswith("_")
+        }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Put back what `state` gave."""

@@ -181,13 +181,14 @@ def test_a_nan_stops_the_run_and_names_step_agent_and_column(tier):
     model = build(30, flow=trap, tier=tier, integrator="euler")
     for _ in range(3):
         model.step()
-    before = model.particles.position.copy()
+    before, density = model.particles.position.copy(), model.particles.density.copy()
     with (
         np.errstate(invalid="ignore"),
         pytest.raises(StepFailed, match=r"step 4 .*column 'position' of agent \d+ "),
     ):
         model.step()
     assert (model.particles.position == before).all()
+    assert (model.particles.density == density).all()
     assert model.elapsed == pytest.approx(0.003)
 
 

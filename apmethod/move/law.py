@@ -72,6 +72,14 @@ class Law:
     def check(self, kernel: Kernel) -> None:
         """Refuse a smoothing kernel that the law cannot work with."""
 
+    def largest_step(self, kernel: Kernel, smoothing_length: float, reach: float) -> float:
+        """The largest stable time step, for an integrator that is stable down to -reach."""
+        return np.inf
+
+    def turning(self, positions: np.ndarray, time: float) -> float:
+        """How fast the law turns what it moves, 1/time; it limits chosen steps."""
+        return 0.0
+
     def of(self, agent: Any, now: Now) -> np.ndarray:
         """The law on one agent, in Python: an array of shape (2,)."""
         p = self._names(*now, *self.parameters.values())

@@ -117,6 +117,7 @@ def run(
     except KeyboardInterrupt:
         result.ended = "interrupted"
     except StepFailed as failure:
-        result.ended, result.failure = "failed", str(failure)
+        result.ended = "failed"
+        result.failure = "; ".join([str(failure), *getattr(failure, "__notes__", ())])
     result.seconds = perf_counter() - began
     return result

@@ -31,31 +31,27 @@ def draw_run(run: Run, title: str, path: Path) -> None:
 def _draw_field(figure: Figure, run: Run) -> None:
     model = run.model
     x, y = model.grid()
+    start, exact = model.exact(x, y, 0.0), model.exact(x, y, model.elapsed)
     end = model.field(x, y)
-    exact, start = model.exact(x, y, model.elapsed), model.exact(x, y, 0.0)
-    panels = [("start", start), (f"end, t = {model.elapsed:.4g}", end), ("exact", exact)]
+    top = max(values.max() for values in (end, exact) if values is not None)
+    panels = [(f"end, t = {model.elapsed:.4g}", end, (0.0, top), "viridis")]
     if exact is not None:
-        panels.append(("end - exact", end - exact))
-    panels = [(name, values) for name, values in panels if values is not None]
+        off = end - exact
+        most = np.abs(off).max() or 1.0
+        panels = [
+            ("start", start, (0.0, start.max()), "viridis"),
+            *panels,
+            ("exact", exact, (0.0, top), "viridis"),
+            ("end - exact", off, (-most, most), "RdBu_r"),
+        ]
     figure.set_size_inches(4.2 * len(panels), 4.0)
     figure.subplots_adjust(left=0.03, right=0.98, bottom=0.08, top=0.84, wspace=0.12)
     axes = figure.subplots(1, len(panels), squeeze=False)[0]
-    top = max(values.max() for name, values in panels if name in ("exact", panels[-2][0]))
-    for ax, (name, values) in zip(axes, panels, strict=True):
-        difference = name == "end - exact"
-        largest = np.abs(values).max() or 1.0
-        limits = (
-            (-largest, largest) if difference else (0.0, values.max() if name == "start" else top)
-        )
+    for ax, (name, values, (low, high), colours) in zip(axes, panels, strict=True):
         image = ax.imshow(
-            values,
-            origin="lower",
-            extent=model.box,
-            cmap="RdBu_r" if difference else "viridis",
-            vmin=limits[0],
-            vmax=limits[1],
+            values, origin="lower", extent=model.box, cmap=colours, vmin=low, vmax=high
         )
-        if name.startswith("end,"):
+        if values is end:
             draw_agents(ax, model.particles.position)
         ax.set_title(name)
         figure.colorbar(image, ax=ax, shrink=0.8)
