@@ -16,7 +16,7 @@ from numba.core.errors import NumbaError
 
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term, pair_maker
-from apmethod.message.passes import EVALUATIONS, RoundPass, best_evaluation
+from apmethod.message.passes import BEST_EVALUATION, EVALUATIONS, RoundPass
 from apmethod.particles import Particles
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.lattice import QuadLattice
@@ -38,7 +38,7 @@ class MessageBus:
         terms: what is exchanged, in any order.  A term that reads what another one
             delivers is exchanged in a later round.
         evaluation: how compiled sums are taken, "gathered", "scattered" or "stored"; "auto"
-            leaves the choice to `best_evaluation`.
+            takes the quickest one, `BEST_EVALUATION`.
 
     Raises:
         ValueError: for an unknown evaluation, or a term that does not hold its parity,
@@ -65,7 +65,7 @@ class MessageBus:
             choice = ", ".join(map(repr, EVALUATIONS))
             raise ValueError(f"evaluation is {evaluation!r}; it must be 'auto', {choice}")
         #: How compiled sums are taken.
-        self.evaluation = best_evaluation(self.rounds) if evaluation == "auto" else evaluation
+        self.evaluation = BEST_EVALUATION if evaluation == "auto" else evaluation
         self._passes = [RoundPass(each, kernel, particles, self.evaluation) for each in self.rounds]
         self._lists: tuple[SortedCells | None, NeighbourLists | None] = (None, None)
         self.close()

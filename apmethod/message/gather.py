@@ -3,8 +3,8 @@
 The potential neighbours of a sub-domain are copied once into a short contiguous buffer,
 shared by all agents in it (the list LpN of paper 2.4.2).  Each agent then runs over that
 buffer without a branch, which the compiler turns into vector instructions, and adds up
-all terms of the round in one pass.  Nothing is stored, and no message is mirrored: where a
-contribution is cheap, computing it at both ends is quicker than sending it.
+all terms of the round in one pass.  Nothing is stored and no message is mirrored: each
+contribution is computed at both of its ends, and no agent's sums are written by another.
 """
 
 from collections.abc import Callable, Sequence

@@ -11,10 +11,9 @@ from apmethod import (
     brute_force_pairs,
     explain,
     set_threads,
-    term,
 )
 from apmethod.compile import threads
-from apmethod.message.passes import EVALUATIONS, best_evaluation
+from apmethod.message.passes import EVALUATIONS
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import MIRROR
 from apmethod.perceive.lists import neighbour_lists
@@ -103,18 +102,8 @@ def test_lists_hold_the_neighbours_and_nothing_else(domain):
 
 
 def test_which_one_runs_is_told_and_can_be_forced():
-    assert dict(explain(build(5)))["contribute 1"].endswith("compiled, gathered")
+    assert dict(explain(build(5)))["contribute 1"].endswith("compiled, scattered")
     forced = build(5, evaluation="stored")
     assert dict(explain(forced))["contribute 2"].endswith("compiled, stored")
     with pytest.raises(ValueError, match="evaluation is 'fast'; it must be 'auto', 'gathered'"):
         build(5, evaluation="fast")
-
-
-def test_lists_pay_from_the_fourth_round_on():
-    @term("even")
-    def crowd(pair, i, j):
-        return pair.w
-
-    assert [best_evaluation([(crowd,)] * count) for count in (1, 3, 4)] == [
-        "gathered", "gathered", "stored",
-    ]  # fmt: skip
