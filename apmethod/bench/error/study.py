@@ -26,7 +26,7 @@ from apmethod.bench.results import machine
 from apmethod.bench.timing import Progress, Report
 from apmethod.compile import threads
 
-SIZES = (1000, 2000, 4000, 8000, 16_000, 32_000, 64_000)
+SIZES = (500, 1000, 2000, 4000, 8000, 16_000, 32_000, 64_000)
 #: What the study takes unless it is told, and in its short form.
 CHOSEN = ("mixture-1e-3", "mixture-1e-4", "mixture-1e-5", "diffusion", "shear", "disc")
 QUICK = ("mixture-1e-3", "diffusion")
@@ -43,7 +43,7 @@ EDGES = (15, 30, 60, 120)
 #: A contender whose run took longer than this, in seconds, gets no larger ones.
 PATIENCE = 12.0
 #: Short runs are repeated until they have taken this long, in seconds, or so often.
-_ENOUGH, _ROUNDS = 1.0, 3
+_ENOUGH, _ROUNDS = 1.0, 5
 
 Run = dict[str, Any]
 
