@@ -1,8 +1,8 @@
-"""Laying agents anew on a lattice, where the flow has strained the one they stood on.
+"""Laying agents anew on a lattice, where they have strained the one they stood on.
 
 Sums over neighbours are integrals as long as the agents stand about as densely in every
 direction.  `Remesh` measures how far that still holds and, beyond a strain, moves the
-masses to the nodes of a new square lattice (Monaghan-type interpolation M6', third order:
+masses to the nodes of a new square lattice (by M6', Bergdorf and Koumoutsakos 2006:
 mass, centre of mass and second moments are kept to round-off but for what the cut of the
 thin tail drops).
 """
@@ -60,10 +60,11 @@ class Remesh:
         model.particles.declare("_node", Column(2, dtype=np.int64, start=(-1, -1), kept=False))
 
     def take_down(self, spacing: float) -> None:
-        """Number the nodes that all agents stand on now, on a lattice of that spacing."""
-        positions = self.model.particles.array("position")
-        nodes = np.rint((positions - positions.min(axis=0)) / spacing).astype(np.int64)
-        self._number(nodes, (spacing, spacing))
+        """Number the nodes that all agents stand on now, on a lattice of about that spacing."""
+        places = self.model.particles.array("position")
+        places = places - places.min(axis=0)
+        spacings = tuple(_spacing_along(places[:, axis], spacing) for axis in range(2))
+        self._number(np.rint(places / spacings).astype(np.int64), spacings)
 
     def _number(self, nodes: np.ndarray, spacings: tuple[float, float]) -> None:
         self.model.particles.array("_node")[:] = nodes
@@ -161,6 +162,12 @@ class Remesh:
             model.agent_class.create_agents(model, len(left_nodes) - both, position=place)
             taken = np.concatenate([taken, left_nodes[both:]])
         return taken
+
+
+def _spacing_along(coordinates: np.ndarray, spacing: float) -> float:
+    """The smallest difference of coordinates on a lattice: between walls it is stretched."""
+    lines = np.unique(np.round(coordinates / spacing, 6))
+    return float(np.diff(lines).min() * spacing) if len(lines) > 1 else spacing
 
 
 def spread(

@@ -53,6 +53,12 @@ def test_the_strain_is_that_of_the_lattice():
     assert model.remesh.strain() == pytest.approx(np.arcsinh(0.75))
 
 
+def test_a_lattice_stretched_between_walls_is_not_strained():
+    model = FieldModel(lambda x, y: 1.0 + 0.0 * x, (0, 3, 0, 1), particles=1000,
+                       accuracy="accurate", domain=Bounded((0, 0), (3, 1)))  # fmt: skip
+    assert abs(model.remesh.strain()) < 0.02
+
+
 def test_laying_anew_keeps_mass_centre_and_field():
     model = scene()
     x, y = model.particles.position.T
