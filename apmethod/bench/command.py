@@ -77,7 +77,7 @@ def _add_error(benchmarks: Any) -> None:
         "Runs that the output folder has already are not made again.",
     )  # fmt: skip
     parser.add_argument(
-        "--problems", metavar="NAME,NAME,...", help="which problems (default: six of them)"
+        "--problems", metavar="NAME,NAME,...", help="which problems (default: eight of them)"
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from apmethod.checks import whole_number
-from apmethod.perceive.domain import BOUNDED, OPEN, Domain, Open
+from apmethod.perceive.domain import BOUNDED, MIRRORED, OPEN, Domain, Open
 
 Field = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -87,7 +87,7 @@ def lattice_axis(
         return np.arange(lower + (offset % 1.0) * spacing, upper, spacing), spacing
     count = max(1, round((upper - lower) / spacing))
     spacing = (upper - lower) / count
-    shift = 0.5 if kind == BOUNDED else offset % 1.0
+    shift = 0.5 if kind in (BOUNDED, MIRRORED) else offset % 1.0
     return lower + (np.arange(count) + shift) * spacing, spacing
 
 

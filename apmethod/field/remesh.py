@@ -16,7 +16,7 @@ import numpy as np
 from apmethod.compile import compiled, inlined
 from apmethod.contribute.sample import lattice_axis
 from apmethod.particles import Column
-from apmethod.perceive.domain import BOUNDED, OPEN, PERIODIC, shortest
+from apmethod.perceive.domain import BOUNDED, MIRRORED, OPEN, PERIODIC, shortest
 
 if TYPE_CHECKING:
     from apmethod.field.model import FieldModel
@@ -188,7 +188,7 @@ def spread(
     for axis, kind in enumerate(kinds):
         along = np.moveaxis(padded, axis, 0)
         first, last = along[_PAD : 2 * _PAD], along[-2 * _PAD : -_PAD]
-        if kind == BOUNDED:
+        if kind in (BOUNDED, MIRRORED):
             first += along[:_PAD][::-1]
             last += along[-_PAD:][::-1]
         elif kind == PERIODIC:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apmethod.contribute.sample import Field, sample
-from apmethod.perceive.domain import BOUNDED, OPEN, PERIODIC, Domain
+from apmethod.perceive.domain import OPEN, PERIODIC, Domain
 
 #: Points along each side of the grid that jumps are looked for on.
 _LOOK = 201
@@ -119,7 +119,7 @@ def convolved(field: Field, box: Sequence[float], deviation: float, domain: Doma
         count = int(min(np.ceil(_FINE * (high - low) / deviation), _MOST))
         cells.append((high - low) / count)
         axes.append(low + (np.arange(count) + 0.5) * cells[axis])
-        modes.append({OPEN: "constant", BOUNDED: "reflect", PERIODIC: "wrap"}[kind])
+        modes.append({OPEN: "constant", PERIODIC: "wrap"}.get(kind, "reflect"))
     values = _cell_means(field, axes, cells)
     for axis in range(2):
         values = gaussian_filter1d(

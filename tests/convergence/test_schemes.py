@@ -79,10 +79,25 @@ def test_the_textbook_forms_are_an_order_of_magnitude_behind():
         ("growth", 5e-4),
         ("decay", 5e-4),
         ("disc", 3e-4),
+        ("walls", 3e-4),
+        ("box", 3e-4),
     ],
 )
 def test_level_of_the_other_problems(scheme, name, level):
     assert error(PROBLEMS[name], 4000, accuracy=scheme) < level
+
+
+@pytest.mark.parametrize("scheme", ["accurate", "conservative"])
+def test_nothing_leaves_a_box(scheme):
+    problem = PROBLEMS["box"]
+    model = problem.model(1000, accuracy=scheme, rng=1)
+    mass = model.particles.mass.sum()
+    while model.elapsed < model.until:
+        model.step()
+        position = model.particles.position
+        assert position.min() > 0.0
+        assert position.max() < 1.0
+    assert model.particles.mass.sum() == pytest.approx(mass, rel=1e-14)
 
 
 @pytest.mark.parametrize("scheme", ["accurate", "conservative"])

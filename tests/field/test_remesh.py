@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apmethod import Bounded, DiffusingParticle, FieldModel, Open, Periodic
+from apmethod import DiffusingParticle, FieldModel, Mirrored, Open, Periodic
 from apmethod.bench.error.problems import HUMPS, PROBLEMS, Mixture, shear
 from apmethod.field.remesh import m6, spread
 
@@ -29,13 +29,13 @@ def test_m6_keeps_moments_up_to_the_second(x):
         assert weights @ nodes**power == pytest.approx(x**power, abs=1e-12)
 
 
-@pytest.mark.parametrize("domain", [Open(), Bounded((0, 0), (1, 1)), Periodic((0, 0), (1, 1))])
+@pytest.mark.parametrize("domain", [Open(), Mirrored((0, 0), (1, 1)), Periodic((0, 0), (1, 1))])
 def test_spreading_keeps_the_mass(domain):
     draw = np.random.default_rng(2)
     positions, masses = draw.random((200, 2)), draw.random(200)
     if domain.is_open:
         positions = 0.3 + 0.4 * positions
-    shift = 0.5 if domain.borders[0] == "bounded" else 0.0
+    shift = 0.5 if domain.borders[0] == "mirrored" else 0.0
     nodes = spread(positions, masses, (shift / 12,) * 2, (1 / 12,) * 2, (12, 12), domain.kinds)
     assert nodes.sum() == pytest.approx(masses.sum())
     if domain.is_open:
@@ -55,7 +55,7 @@ def test_the_strain_is_that_of_the_lattice():
 
 def test_a_lattice_stretched_between_walls_is_not_strained():
     model = FieldModel(lambda x, y: 1.0 + 0.0 * x, (0, 3, 0, 1), particles=1000,
-                       accuracy="accurate", domain=Bounded((0, 0), (3, 1)))  # fmt: skip
+                       accuracy="accurate", domain=Mirrored((0, 0), (3, 1)))  # fmt: skip
     assert abs(model.remesh.strain()) < 0.02
 
 

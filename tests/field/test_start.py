@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from apmethod import Bounded, Open, Periodic
+from apmethod import Mirrored, Open, Periodic
 from apmethod.bench.error.problems import PROBLEMS
 from apmethod.contribute.sample import sample
 from apmethod.field.start import convolved, has_jump
@@ -49,7 +49,7 @@ def test_the_clock_of_a_smoothed_start_begins_later():
     assert PROBLEMS["disc"].model(600, rng=1, smooth=0.0).elapsed == 0.0
 
 
-@pytest.mark.parametrize("domain", [Bounded((0, 0), (2, 1)), Periodic((0, 0), (2, 1))])
+@pytest.mark.parametrize("domain", [Mirrored((0, 0), (2, 1)), Periodic((0, 0), (2, 1))])
 @pytest.mark.parametrize("count", [150, 1000])
 def test_a_lattice_goes_on_behind_closed_sides(domain, count):
     positions, masses, spacing = sample(
@@ -62,5 +62,5 @@ def test_a_lattice_goes_on_behind_closed_sides(domain, count):
         across = length - along[-1] + along[0]  # over the seam, or to the mirror images
         assert np.diff(along) == pytest.approx(across, rel=1e-6)
         assert across == pytest.approx(spacing, rel=0.1)
-        if domain.borders[axis] == "bounded":
+        if domain.borders[axis] == "mirrored":
             assert along[0] == pytest.approx(0.5 * across)

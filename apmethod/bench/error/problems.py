@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from apmethod.field.model import FieldModel
-from apmethod.perceive.domain import Bounded, Domain
+from apmethod.perceive.domain import Domain, Mirrored
 
 #: Height, variance and centre of overlapping Gaussians.  One alone would flatter every scheme:
 #: the logarithm of its density is a parabola, so the agents' lattice only dilates.
@@ -217,7 +217,7 @@ class WalledMixture(Problem):
     """
 
     def __init__(self, name: str, humps: Sequence, box, axes: str, **options: Any):
-        borders = tuple("bounded" if axis in axes else "open" for axis in "xy")
+        borders = tuple("mirrored" if axis in axes else "open" for axis in "xy")
         walls = Domain((box[0], box[2]), (box[1], box[3]), borders)
         super().__init__(name, box, walls=walls, **options)
         self.humps, self.axes = humps, axes
@@ -269,7 +269,7 @@ class Relaxation(Problem):
     """
 
     def __init__(self, name: str, amplitude: float, **options: Any):
-        super().__init__(name, (0.0, 1.0, 0.0, 1.0), walls=Bounded((0, 0), (1, 1)), **options)
+        super().__init__(name, (0.0, 1.0, 0.0, 1.0), walls=Mirrored((0, 0), (1, 1)), **options)
         self.amplitude = amplitude
 
     def exact(self, x, y, time):

@@ -28,7 +28,16 @@ from apmethod.compile import threads
 
 SIZES = (500, 1000, 2000, 4000, 8000, 16_000, 32_000, 64_000)
 #: What the study takes unless it is told, and in its short form.
-CHOSEN = ("mixture-1e-3", "mixture-1e-4", "mixture-1e-5", "diffusion", "shear", "disc")
+CHOSEN = (
+    "mixture-1e-3",
+    "mixture-1e-4",
+    "mixture-1e-5",
+    "diffusion",
+    "shear",
+    "disc",
+    "box",
+    "relaxation",
+)
 QUICK = ("mixture-1e-3", "diffusion")
 #: Settings of `FieldModel`, and the largest number of agents that is worth the wait.
 SCHEMES: dict[str, tuple[dict[str, Any], int]] = {
