@@ -17,6 +17,7 @@ def explain(model: ParticleModel) -> list[tuple[str, str]]:
     """(step, what the scene does in it and why) for each step of the procedure, in order."""
     return [
         ("agents", _agents(model)),
+        *getattr(model, "explained", list)(),
         ("core radius", "fixed" if model.radius_rule is None else repr(model.radius_rule)),
         *_exchange(model),
         ("move", _move(model)),

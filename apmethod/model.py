@@ -136,6 +136,7 @@ class ParticleModel(mesa.Model):
                         self.message()
                 self.advance(stage)
             self.motion.arrived()
+            self.finish(dt)
             self._check_finite()
             self.elapsed = self._landed(dt)
             # What Mesa's batch runs and browser page go by.
@@ -158,6 +159,9 @@ class ParticleModel(mesa.Model):
         """All agents go to a trial place, or move."""
         self.procedure.advance(stage)
 
+    def finish(self, dt: float) -> None:
+        """What a scene does in a step of length ``dt`` once all have moved; nothing here."""
+
     # -- time --------------------------------------------------------------------------
 
     def next_dt(self) -> float:
@@ -179,14 +183,24 @@ class ParticleModel(mesa.Model):
 
     def _chosen_dt(self) -> float:
         limit = MARGIN * self.largest_dt()
-        positions = self.particles.array("position")
+        integrator, positions = self.motion.integrator, self.particles.array("position")
         for law in self.motion.laws:
-            rate = law.turning(positions, self.elapsed)
-            if rate > 0.0:
-                limit = min(limit, self.motion.integrator.turn / rate)
+            rate_at = law.deforming if integrator.splits else law.turning
+            # A flow may change within a step that nothing else keeps short.
+            for share in (0.0, 0.5, 1.0) if np.isfinite(limit) else (0.0,):
+                rate = rate_at(positions, self.elapsed + share * limit)
+                if rate > 0.0:
+                    limit = min(limit, integrator.turn / rate)
         if not np.isfinite(limit):
-            raise ValueError("dt is None and no law limits it; give dt")
+            limit = self._limit_of_turning(positions)
         return float(limit)
+
+    def _limit_of_turning(self, positions: np.ndarray) -> float:
+        """A radian a step, where a flow only turns the agents and nothing else limits it."""
+        rates = [law.turning(positions, self.elapsed) for law in self.motion.laws]
+        if not rates or max(rates) == 0.0:
+            raise ValueError("dt is None and no law limits it; give dt")
+        return 1.0 / max(rates)
 
     def _check_dt(self) -> None:
         limit = self.largest_dt()

@@ -94,7 +94,8 @@ def test_the_fourth_order_kernel():
 
 
 @pytest.mark.parametrize(
-    "integrator", ["euler", "predictor_corrector", "midpoint", "rk4", "strang"]
+    "integrator",
+    ["euler", "predictor_corrector", "midpoint", "heun_3", "rk4", "strang", "strang_3"],
 )
 def test_every_integrator(integrator):
     assert_same(

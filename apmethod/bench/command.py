@@ -1,4 +1,4 @@
-"""``apmethod bench neighbours``, ``sums`` and ``scale``."""
+"""``apmethod bench neighbours``, ``sums``, ``scale`` and ``error``."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ def add_parser(commands: Any) -> None:
     _add_neighbours(benchmarks)
     _add_sums(benchmarks)
     _add_scale(benchmarks)
+    _add_error(benchmarks)
 
 
 def _add_neighbours(benchmarks: Any) -> None:
@@ -65,6 +66,19 @@ def _add_scale(benchmarks: Any) -> None:
     parser.add_argument("--largest", type=int, metavar="N", help="leave out the sizes above N")
     parser.add_argument("--rounds", type=int, help="processes of each size (default: 3)")
     parser.add_argument("--steps", type=int, help="timed steps of each process (default: 5)")
+
+
+def _add_error(benchmarks: Any) -> None:
+    parser = _benchmark(
+        benchmarks, "error", _error, "error against run time, beside finite elements",
+        "Problems with exact solutions by several schemes of agents, and by FreeFem++ (apt "
+        "install freefem++) or, where it is missing, scikit-fem (pip install scikit-fem): "
+        "relative L2 error on one grid, time of all steps without building and compiling. "
+        "Runs that the output folder has already are not made again.",
+    )  # fmt: skip
+    parser.add_argument(
+        "--problems", metavar="NAME,NAME,...", help="which problems (default: eight of them)"
+    )
 
 
 def _benchmark(
@@ -168,6 +182,15 @@ def _scale(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
             raise ValueError(f"largest is {options.largest}; no size is that small")
     rounds = _chosen("rounds", options.rounds, 1 if options.quick else 3)
     return study(sizes, rounds, _chosen("steps", options.steps, 5), report)
+
+
+def _error(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
+    from apmethod.bench.error.study import CHOSEN, EDGES, QUICK, SIZES, study
+
+    names = options.problems.split(",") if options.problems else QUICK if options.quick else CHOSEN
+    sizes = options.sizes or (SIZES[:4] if options.quick else SIZES)
+    edges = EDGES[:3] if options.quick else EDGES
+    return study(names, sizes, edges, options.out or Path("out") / "bench_error", report)
 
 
 def _chosen(name: str, given: int | None, otherwise: int) -> int:

@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from apmethod.bench.error.compare import front
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,6 +59,24 @@ def draw_scale(results: dict[str, Any], path: Path) -> None:
     _label(axes[1], "resident memory", "agents", "bytes per agent")
     axes[1].set_xscale("log")
     axes[1].set_ylim(bottom=0)
+    _save(figure, path)
+
+
+def draw_error(results: dict[str, Any], path: Path) -> None:
+    """Error against run time, one panel a problem; finite elements dashed, by mesh and step."""
+    problems = _groups(results["rows"], "problem")
+    figure, axes = _panels(len(problems))
+    for ax, (name, rows) in zip(np.atleast_1d(axes), problems.items(), strict=True):
+        for contender, ours in _groups(rows, "contender").items():
+            if ours[0]["kind"] == "agents":
+                _line(ax, ours, "seconds", "error", contender)
+            else:
+                ours = front(ours)
+                ax.plot(
+                    [row["seconds"] for row in ours], [row["error"] for row in ours],
+                    linestyle="--", marker="s", markersize=4, label=contender,
+                )  # fmt: skip
+        _label(ax, name, "run time, s", "relative L2 error", log=True)
     _save(figure, path)
 
 

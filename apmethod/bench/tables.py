@@ -14,7 +14,7 @@ Table = tuple[str, Sequence[str], list[tuple]]
 
 def show(results: dict[str, Any], files: dict[str, str]) -> None:
     """Print a benchmark's tables, what was checked, where it ran, and its files."""
-    makers = {"neighbours": _neighbours, "sums": _sums, "scale": _scale}
+    makers = {"neighbours": _neighbours, "sums": _sums, "scale": _scale, "error": _error}
     for title, head, rows in makers[results["benchmark"]](results):
         print_table(title, rows, head)
     if "checked" in results:
@@ -157,6 +157,49 @@ def _scale(results: dict[str, Any]) -> list[Table]:
             "seconds from a process's start to its second step",
             tuple(results["first_steps"][0]),
             [tuple(row.values()) for row in results["first_steps"]],
+        ),
+    ]  # fmt: skip
+
+
+def _error(results: dict[str, Any]) -> list[Table]:
+    orders = {
+        (found["problem"], found["contender"]): f"{found['order']:.2f}"
+        for found in results["orders"]
+    }
+    runs = [
+        (
+            row["problem"],
+            row["contender"],
+            row["size"],
+            row["steps"],
+            f"{row['error']:.2e}",
+            f"{row['seconds']:.3g}",
+            f"{row['build_seconds']:.2g}" if "build_seconds" in row else "-",
+            orders.get((row["problem"], row["contender"]), "-"),
+        )
+        for row in results["rows"]
+    ]
+    compared = [
+        (
+            row["problem"],
+            f"{row['error']:.1e}",
+            *("not reached" if row[name] is None else f"{row[name]:.3g}"
+              for name in ("agents_seconds", "elements_seconds")),
+            _times(row["times_less"]),
+        )
+        for row in results["comparisons"]
+    ]  # fmt: skip
+    return [
+        (
+            "error and run time; order in the agents' spacing, fitted to all sizes",
+            ("problem", "contender", "agents or unknowns", "steps", "error", "seconds",
+             "building, s", "order"),
+            runs,
+        ),
+        (
+            "seconds at equal error, the best of each kind",
+            ("problem", "error", "agents", "finite elements", "ratio"),
+            compared,
         ),
     ]  # fmt: skip
 

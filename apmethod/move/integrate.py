@@ -4,8 +4,9 @@ Every step of an integrator is a few *stages*.  In each, the agents perceive, co
 and message where they stand; then they either `predict` (go to a trial place, only to
 perceive from there) or, in the last stage, `move` from where the step began.
 
-First-order laws (a velocity is given): Euler, midpoint, predictor-corrector (Heun), the
-classical Runge-Kutta, and Strang's split of the flow from the interactions.  Second-order
+First-order laws (a velocity is given): Euler, midpoint, predictor-corrector (Heun), Heun's
+third-order rule, the classical Runge-Kutta, and Strang's split of the flow from the
+interactions, which then go by midpoint or by the third-order rule.  Second-order
 laws (an acceleration is given): leap-frog and velocity Verlet.
 
 A stage without interaction comes before the agents perceive: the flow's first half in
@@ -50,6 +51,9 @@ class Integrator:
         reach: how far along the negative real axis it is stable.
         turn: largest turn of the flow in a step that the model chooses, in radians: some
             1e-2 of the distance gone in one turn with Euler, 1e-3 or less with the others.
+            One that splits off the flow carries it apart, in steps of its own, and errs
+            only where flow and diffusion do not commute: there it is the largest
+            deformation, and a rigid rotation has none.
         of: what the laws give, "velocity" or "acceleration".
         splits: whether the flow is carried apart from the interactions.
     """
@@ -83,9 +87,15 @@ EULER = _runge_kutta("euler", 1, (), (1.0,), 2.0, turn=0.005)
 MIDPOINT = _runge_kutta("midpoint", 2, (0.5,), (0.0, 1.0), 2.0, turn=0.05)
 HEUN = _runge_kutta("predictor_corrector", 2, (1.0,), (0.5, 0.5), 2.0, turn=0.05)
 RK4 = _runge_kutta("rk4", 4, (0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6), 2.785, turn=0.2)
+HEUN_3 = _runge_kutta("heun_3", 3, (1 / 3, 2 / 3), (0.25, 0.0, 0.75), 2.5127, turn=0.1)
 #: Half of the flow, the interactions by the midpoint rule, the other half of the flow.
 STRANG = Integrator(
     "strang", 2, (Stage(0.0, 0.5, 0.0, interacts=False), *MIDPOINT.stages), 2.0, splits=True
+)
+#: The same with the third-order rule.  At the same share of its stability limit it costs a
+#: fifth more than the midpoint rule and has a tenth of its error or less.
+STRANG_3 = Integrator(
+    "strang_3", 2, (STRANG.stages[0], *HEUN_3.stages), HEUN_3.reach, turn=0.1, splits=True
 )
 #: Velocities live half a step before the positions.
 LEAP_FROG = Integrator("leap_frog", 2, (Stage(0.0, 0.0, 1.0, moves=True),), 0.0, of="acceleration")
@@ -98,7 +108,10 @@ VERLET = Integrator(
     of="acceleration",
 )
 
-INTEGRATORS = {each.name: each for each in (EULER, MIDPOINT, HEUN, RK4, STRANG, LEAP_FROG, VERLET)}
+INTEGRATORS = {
+    each.name: each
+    for each in (EULER, MIDPOINT, HEUN, HEUN_3, RK4, STRANG, STRANG_3, LEAP_FROG, VERLET)
+}
 
 
 def integrator_named(name: str | Integrator) -> Integrator:

@@ -30,6 +30,9 @@ from apmethod.perceive.domain import Domain, bounce, place
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
 
+#: Error that a split flow is carried with, in smoothing lengths: to round-off, almost.
+CARRY_TOLERANCE = 1e-11
+
 
 class Motion:
     """What moves a scene's agents.
@@ -188,8 +191,9 @@ class Motion:
         """Half a step in the split flow."""
         arrived, places = self.particles.array(to), self.particles.array(place)
         self.split_flow.carry(
-            arrived, places, rows, time, 0.5 * self.dt, self.turning, in_python=in_python
-        )
+            arrived, places, rows, time, 0.5 * self.dt, self.turning,
+            CARRY_TOLERANCE * self.now.smoothing_length, in_python=in_python,
+        )  # fmt: skip
 
     def _run(self, formula: Callable, rows: np.ndarray, in_python: bool, *arguments) -> None:
         """A stage's formula over ``rows``; column names among the arguments become arrays."""

@@ -28,6 +28,12 @@ class FollowDensity:
     def __repr__(self) -> str:
         return "follows the mean density, to keep the number of neighbours"
 
+    def grown(self, factor: float) -> None:
+        """Take note that all masses have been multiplied, which thins no cloud out."""
+        if self._first is not None:
+            radius, first = self._first
+            self._first = (radius, first * factor)
+
     def adapt(self, space: QuadLattice, particles: Particles) -> None:
         """Set the core radius from the density that agents last received."""
         mass, density = particles.array("mass"), particles.array("density")

@@ -18,7 +18,7 @@ from mesa.visualization import SolaraViz
 from mesa.visualization.solara_viz import split_model_params
 from mesa.visualization.utils import update_counter
 
-from apmethod.field import FieldModel
+from apmethod.field.model import FieldModel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

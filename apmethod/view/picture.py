@@ -53,6 +53,7 @@ def _draw_field(figure: Figure, run: Run) -> None:
         )
         if values is end:
             draw_agents(ax, model.particles.position)
+            ax.axis(model.box)
         ax.set_title(name)
         figure.colorbar(image, ax=ax, shrink=0.8)
 

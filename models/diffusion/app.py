@@ -4,7 +4,7 @@ from pathlib import Path
 
 from mesa.visualization import Slider
 
-from apmethod import FORMS, KERNELS, load_scene
+from apmethod import ACCURACIES, load_scene
 from apmethod.view import browser
 
 views = [
@@ -17,13 +17,11 @@ model_params = {
     "rng": Slider("Seed", value=1, min=0, max=100, step=1),
     "particles": Slider("Agents", value=4000, min=500, max=10_000, step=500),
     "diffusivity": Slider("Diffusivity", value=5e-3, min=0.0, max=1e-2, step=1e-3),
-    "form": {"type": "Select", "label": "Diffusion form", "value": "blob", "values": list(FORMS)},
-    "kernel": {
+    "accuracy": {
         "type": "Select",
-        "label": "Kernel",
-        "value": "gaussian",
-        # The blob form refuses a kernel that is negative somewhere.
-        "values": [name for name, kernel in KERNELS.items() if kernel.order == 2],
+        "label": "Accuracy",
+        "value": "conservative",
+        "values": list(ACCURACIES),
     },
 }
 

@@ -23,10 +23,8 @@ class DensityDiffusion(FieldModel):
     Args:
         particles: number of agents.
         diffusivity: D.
-        form: diffusion form, "paper", "plain" or "blob".
-        kernel: smoothing kernel.
-        spacings: smoothing length over the agents' spacing at the start.
-        integrator: time integration.
+        accuracy: the scheme, "paper", "conservative" or "accurate".
+        form, kernel, spacings, integrator, remesh: parts of it; None takes the accuracy's.
         dt: time step; the run makes 200 of the default one. None for the model's choice.
         level: p of the quad-lattice.
         evaluation: how compiled sums are taken.
@@ -40,10 +38,12 @@ class DensityDiffusion(FieldModel):
         self,
         particles: int = 4000,
         diffusivity: float = 5e-3,
-        form: str = "blob",
-        kernel: str = "gaussian",
-        spacings: float = 1.7,
-        integrator: str = "midpoint",
+        accuracy: str = "conservative",
+        form: str | None = None,
+        kernel: str | None = None,
+        spacings: float | None = None,
+        integrator: str | None = None,
+        remesh: float | None = None,
         dt: float | None = 0.01,
         level: int = 1,
         evaluation: str = "auto",
@@ -56,10 +56,12 @@ class DensityDiffusion(FieldModel):
             (-1.0, 1.0, -1.0, 1.0),
             particles=particles,
             diffusivity=diffusivity,
+            accuracy=accuracy,
             form=form,
             kernel=kernel,
             spacings=spacings,
             integrator=integrator,
+            remesh=remesh,
             dt=dt,
             level=level,
             evaluation=evaluation,

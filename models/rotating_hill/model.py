@@ -21,10 +21,8 @@ class RotatingHill(FieldModel):
     Args:
         particles: number of agents.
         diffusivity: D.
-        form: diffusion form, "paper", "plain" or "blob".
-        kernel: smoothing kernel.
-        spacings: smoothing length over the agents' spacing at the start.
-        integrator: time integration.
+        accuracy: the scheme, "paper", "conservative" or "accurate".
+        form, kernel, spacings, integrator, remesh: parts of it; None takes the accuracy's.
         dt: time step, None for the model's choice.
         level: p of the quad-lattice.
         evaluation: how compiled sums are taken.
@@ -38,10 +36,12 @@ class RotatingHill(FieldModel):
         self,
         particles: int = 4000,
         diffusivity: float = 1e-3,
-        form: str = "blob",
-        kernel: str = "gaussian",
-        spacings: float = 1.7,
-        integrator: str = "strang",
+        accuracy: str = "conservative",
+        form: str | None = None,
+        kernel: str | None = None,
+        spacings: float | None = None,
+        integrator: str | None = None,
+        remesh: float | None = None,
         dt: float | None = None,
         level: int = 1,
         evaluation: str = "auto",
@@ -55,10 +55,12 @@ class RotatingHill(FieldModel):
             particles=particles,
             diffusivity=diffusivity,
             flow=rotation,
+            accuracy=accuracy,
             form=form,
             kernel=kernel,
             spacings=spacings,
             integrator=integrator,
+            remesh=remesh,
             dt=dt,
             level=level,
             evaluation=evaluation,

@@ -3,8 +3,18 @@
 import numpy as np
 import pytest
 
-from apmethod import FORMS, KERNELS, AgentParticle, Diffusion, Flow, Law, ParticleModel, Periodic
-from samples import build
+from apmethod import (
+    FORMS,
+    KERNELS,
+    AgentParticle,
+    DiffusingParticle,
+    Diffusion,
+    Flow,
+    Law,
+    ParticleModel,
+    Periodic,
+)
+from samples import build, rotation
 
 
 def velocities(model):
@@ -81,10 +91,30 @@ def test_an_unstable_step_is_refused_with_both_numbers():
 def test_the_chosen_step_is_inside_the_limit():
     model = build(10, dt=None)
     assert model.next_dt() == pytest.approx(min(0.7 * model.largest_dt(), 0.05))
-    for integrator, turn in {"euler": 0.005, "strang": 0.2}.items():
-        assert build(10, dt=None, integrator=integrator, core_radius=2.0).next_dt() == (
-            pytest.approx(turn, rel=1e-6)
-        )
+    assert build(10, dt=None, integrator="euler", core_radius=2.0).next_dt() == (
+        pytest.approx(0.005, rel=1e-6)
+    )
+
+
+def test_a_split_off_rotation_does_not_shorten_the_step_and_a_strain_does():
+    """Rigid rotation commutes with diffusion; it is carried in steps of its own."""
+    options = {"dt": None, "integrator": "strang", "core_radius": 2.0}
+    turned, sheared = build(10, **options), build(10, flow=lambda x, y, t: (y, 0.0), **options)
+    assert turned.next_dt() == pytest.approx(0.7 * turned.largest_dt())
+    assert sheared.next_dt() == pytest.approx(0.2 * np.sqrt(2.0), rel=1e-6)
+
+
+def test_a_strain_that_comes_within_a_step_shortens_it():
+    model = build(10, dt=None, integrator="strang", core_radius=2.0,
+                  flow=lambda x, y, t: (t * y, 0.0))  # fmt: skip
+    assert model.next_dt() < 0.1 * model.largest_dt()
+
+
+def test_a_rotation_without_diffusion_takes_a_radian_a_step():
+    model = ParticleModel(DiffusingParticle, core_radius=1.0, laws=[Flow(rotation)],
+                          integrator="strang")  # fmt: skip
+    DiffusingParticle.create_agents(model, 3, position=[(0.0, 0.0), (1.0, 0.0), (0.0, 2.0)])
+    assert model.next_dt() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ class CollectingHill(RotatingHill):
     """A scene as one writes it for `mesa.batch_run`: with a data collector."""
 
     def __init__(self, particles=60, form="blob", rng=None):
-        super().__init__(particles=particles, form=form, rng=rng)
+        super().__init__(particles=particles, form=form, dt=0.1, rng=rng)
         self.datacollector = mesa.DataCollector(
             model_reporters={"elapsed": "elapsed", "l2_error": lambda m: m.errors()["l2_error"]},
             agent_reporters={"mass": "mass", "x": lambda agent: agent.position[0]},

@@ -1,0 +1,1 @@
+"""``apmethod bench error``: error against run time, for agents and for finite elements."""

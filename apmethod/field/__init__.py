@@ -1,0 +1,1 @@
+"""Scenes whose agents carry a field: its start, the named accuracies, laying agents anew."""
