@@ -28,6 +28,10 @@ _HOMES = {
     "apmethod.perceive.lattice": ("QuadLattice",),
     "apmethod.perceive.pairs": ("brute_force_pairs", "neighbour_pairs"),
     "apmethod.run.scenes": ("load_scene",),
+    "apmethod.skills.animal": ("Animal",),
+    "apmethod.skills.follow": ("Follow", "growth_rate"),
+    "apmethod.skills.signal": ("SignalField",),
+    "apmethod.skills.skill": ("Skill",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

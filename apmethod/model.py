@@ -23,6 +23,7 @@ from apmethod.perceive.core_radius import FollowDensity
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.lattice import QuadLattice
 from apmethod.procedure import Procedure
+from apmethod.skills.skill import Skill
 
 #: Share of the largest stable step that a step chosen by the model takes.
 MARGIN = 0.7
@@ -45,6 +46,7 @@ class ParticleModel(mesa.Model):
         integrator: an `Integrator` or its name.
         dt: time step; None lets the model choose each one, inside the stability limit.
         radius_rule: makes the core radius follow something; None keeps it.
+        skills: what the agents can do besides, such as `SignalField`.
         level: p of the quad-lattice, 4^p sub-domains a cell.
         evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
         tier: "compiled", or "agents" to run every step agent by agent in Python.
@@ -77,6 +79,7 @@ class ParticleModel(mesa.Model):
         integrator: str | Integrator = "euler",
         dt: float | None = None,
         radius_rule: FollowDensity | None = None,
+        skills: Sequence[Skill] = (),
         level: int = 1,
         evaluation: str = "auto",
         tier: str = "compiled",
@@ -104,8 +107,11 @@ class ParticleModel(mesa.Model):
                 f"radius_rule is {radius_rule!r}, and nothing delivers a density; give a law "
                 "that exchanges one, such as Diffusion"
             )
+        self.skills = tuple(skills)
         self.procedure = Procedure(self, tier)
         self.dt = None if dt is None else finite_number("dt", dt, above=0.0)
+        for skill in self.skills:
+            skill.attach(self)
         self._check_dt()
 
     # -- the procedure -----------------------------------------------------------------
@@ -126,16 +132,19 @@ class ParticleModel(mesa.Model):
                 self.radius_rule.adapt(self.space, self.particles)
             dt = self.next_dt()
             self.motion.begin(self.elapsed, dt)
+            self.procedure.take_turns("begin", dt)
             for stage in self.motion.stages():
                 h = self.bus.smoothing_length
                 self.motion.enter(stage, h, self._own_w / h**2)
                 if stage.interacts:
                     self.perceive()
+                    self.procedure.take_turns("perceived")
                     for number in range(len(self.bus.rounds)):
                         self.contribute(number)
                         self.message()
                 self.advance(stage)
             self.motion.arrived()
+            self.procedure.take_turns("end", dt)
             self._check_finite()
             self.elapsed = self._landed(dt)
             # What Mesa's batch runs and browser page go by.
@@ -212,10 +221,13 @@ class ParticleModel(mesa.Model):
         """Put the agents back if the step fails, and say which step it was."""
         state, changes = self.particles.state(), self.particles.changes
         radius = self.space.core_radius
+        skills = [(skill, skill.state()) for skill in self.skills]
         try:
             yield
         except BaseException as error:  # Ctrl-C too: a step happens or it does not
             self.space.core_radius = radius
+            for skill, kept in skills:
+                skill.restore(kept)
             if self.particles.changes == changes:
                 self.particles.restore(state)
                 where = "the agents were put back to where it began"
@@ -249,7 +261,7 @@ class ParticleModel(mesa.Model):
         position = self.particles.array("position")
         total = float(mass.sum())
         centroid = (mass @ position) / total if total else np.full(2, np.nan)
-        return {
+        numbers = {
             "step": self.steps,
             "time": self.elapsed,
             "agents": len(self.particles),
@@ -258,6 +270,9 @@ class ParticleModel(mesa.Model):
             "centroid_y": float(centroid[1]),
             "core_radius": self.space.core_radius,
         }
+        for skill in self.skills:
+            numbers |= skill.diagnostics()
+        return numbers
 
 
 def _declared_terms(classes: Sequence[type]) -> list[Term]:
