@@ -29,7 +29,9 @@ _HOMES = {
     "apmethod.perceive.pairs": ("brute_force_pairs", "neighbour_pairs"),
     "apmethod.run.scenes": ("load_scene",),
     "apmethod.skills.animal": ("Animal",),
+    "apmethod.skills.cluster": ("clusters",),
     "apmethod.skills.follow": ("Follow", "growth_rate"),
+    "apmethod.skills.groups": ("Group", "GroupEvent", "Groups"),
     "apmethod.skills.signal": ("SignalField",),
     "apmethod.skills.skill": ("Skill",),
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from apmethod.agent import DiffusingParticle
 from apmethod.particles import Column
 
@@ -14,4 +16,5 @@ class Animal(DiffusingParticle):
     """
 
     signal = Column(kept=False, unit="signal/area")
+    group = Column(kept=False, dtype=np.int64)
     signal_gradient = Column(2, kept=False, unit="signal/volume")

@@ -272,12 +272,12 @@ def test_a_scene_may_have_several_signals():
         skills=[one, other],
         dt=0.5,
     )
-    ants = Ant.create_agents(model, 5, position=[(2 * k + 0.3, 1.1 * k) for k in range(5)])
+    Ant.create_agents(model, 5, position=[(2 * k + 0.3, 1.1 * k) for k in range(5)])
     model.step()
     model.step()
     assert one.total == pytest.approx(2 * other.total)
     assert {"signal_total", "home_total"} <= set(model.diagnostics())
-    assert ants[0].home_gradient.shape == (2,)
+    assert model.particles.agents[0].home_gradient.shape == (2,)
 
 
 def test_a_failed_step_takes_the_signal_back(monkeypatch):
