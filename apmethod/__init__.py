@@ -32,8 +32,19 @@ _HOMES = {
     "apmethod.skills.cluster": ("clusters",),
     "apmethod.skills.follow": ("Follow", "growth_rate"),
     "apmethod.skills.groups": ("Group", "GroupEvent", "Groups"),
+    "apmethod.skills.life": ("Life", "Trajectories"),
     "apmethod.skills.signal": ("SignalField",),
     "apmethod.skills.skill": ("Skill",),
+    "apmethod.skills.strategies": (
+        "ClosestGroup",
+        "FarthestGroup",
+        "HighestGradient",
+        "OldestGroup",
+        "Pursue",
+        "Strategies",
+        "Strategy",
+        "YoungestGroup",
+    ),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -18,3 +18,7 @@ class Animal(DiffusingParticle):
     signal = Column(kept=False, unit="signal/area")
     group = Column(kept=False, dtype=np.int64)
     signal_gradient = Column(2, kept=False, unit="signal/volume")
+    strategy = Column(kept=False, dtype=np.int64)
+    goal = Column(2, kept=False)
+    age = Column(kept=False, unit="time")
+    heading = Column(2, kept=False)
