@@ -12,15 +12,20 @@ from matplotlib.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from apmethod.model import ParticleModel
     from apmethod.run.runner import Run
+    from apmethod.skills.signal import SignalField
 
 
 def draw_run(run: Run, title: str, path: Path) -> None:
     """Draw start, end and, where it is known, the exact solution and the error."""
     figure = Figure()  # placed by hand: a layout engine draws everything twice
     FigureCanvasAgg(figure)
+    signals = [skill for skill in run.model.skills if hasattr(skill, "patches")]
     if hasattr(run.model, "field"):
         _draw_field(figure, run)
+    elif signals:
+        _draw_signals(figure, run.model, signals)
     else:
         _draw_agents(figure, run)
     model = run.model
@@ -55,6 +60,20 @@ def _draw_field(figure: Figure, run: Run) -> None:
             draw_agents(ax, model.particles.position)
         ax.set_title(name)
         figure.colorbar(image, ax=ax, shrink=0.8)
+
+
+def _draw_signals(figure: Figure, model: ParticleModel, signals: list[SignalField]) -> None:
+    """Agents and signals side by side, as in the paper's Figure 9."""
+    from apmethod.view.animals import draw_animals, draw_signal
+
+    figure.set_size_inches(4.6 * (1 + len(signals)), 4.8)
+    figure.subplots_adjust(left=0.06, right=0.97, bottom=0.08, top=0.86)
+    axes = figure.subplots(1, 1 + len(signals))
+    draw_animals(axes[0], model)
+    axes[0].set_title(f"t = {model.elapsed:.4g}")
+    for ax, signal in zip(axes[1:], signals, strict=True):
+        figure.colorbar(draw_signal(ax, signal), ax=ax, shrink=0.8)
+        ax.set_title(signal.name)
 
 
 def _draw_agents(figure: Figure, run: Run) -> None:
