@@ -29,6 +29,7 @@ _HOMES = {
     "apmethod.perceive.lattice": ("QuadLattice",),
     "apmethod.perceive.pairs": ("brute_force_pairs", "neighbour_pairs"),
     "apmethod.run.scenes": ("load_scene",),
+    "apmethod.skills.aggregate": ("Aggregate", "DescriptionScale"),
     "apmethod.skills.animal": ("Animal",),
     "apmethod.skills.cluster": ("clusters",),
     "apmethod.skills.follow": ("Follow", "growth_rate"),
