@@ -9,6 +9,8 @@ from apmethod.bench import animal_costs, dispersion, gatherings
 from apmethod.bench.results import machine
 from apmethod.bench.timing import Report
 
+#: Animals, and leaders with a strategy in Python among them.
+_LEADERS = 10_000, 50
 #: What is compared in each figure.
 _COMPARED = {
     "figure 9": ("groups", "share_in_groups"),
@@ -38,11 +40,11 @@ def study(
         "benchmark": "aggregation",
         "machine": machine(),
         "settings": {"seeds": seeds, "size": size, "rounds": rounds, "until": until},
-        "waves": dispersion.waves(),
-        "threshold": dispersion.threshold(),
+        "waves": dispersion.waves(dispersion.WAVES, dispersion.ALONG),
+        "threshold": dispersion.threshold(along=dispersion.ALONG),
         "costs": {
             "a step": animal_costs.steps(size, rounds),
-            "leaders": animal_costs.leaders(10_000, 50, rounds),
+            "leaders": animal_costs.leaders(*_LEADERS, rounds),
             "groups": animal_costs.groups(size, rounds),
         },
         "rows": [],

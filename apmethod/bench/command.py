@@ -183,14 +183,14 @@ def _scale(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
 
 
 def _aggregation(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench.aggregation import study
+    from apmethod.bench import aggregation, gatherings
 
-    return study(
+    return aggregation.study(
         options.out or Path("out") / "bench_aggregation",
         _chosen("seeds", options.seeds, 2 if options.quick else 20),
         (options.sizes or [10_000 if options.quick else 100_000])[-1],
         _chosen("rounds", options.rounds, 3 if options.quick else 7),
-        until=60.0 if options.quick else None,
+        until=gatherings.QUICK if options.quick else None,
         report=report,
     )
 

@@ -17,6 +17,8 @@ from apmethod.animals import AnimalModel
 from apmethod.bench.timing import Progress, Report
 from apmethod.run.scenes import load_scene
 
+#: End of the runs of a short form.
+QUICK = 60.0
 #: For each figure its scene, the end of its runs, and the settings it compares.
 FIGURES = {
     "figure 9": ("aggregation", 100.0, ({"diffusivity": 0.1}, {"diffusivity": 0.01})),
