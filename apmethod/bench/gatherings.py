@@ -114,7 +114,8 @@ def draw(models: Sequence[AnimalModel], figure: str, path: Path) -> None:
     for model, name, axes in zip(models, names, canvas.subplots(len(models), 2), strict=True):
         draw_animals(axes[0], model)
         axes[0].set_title(f"{name}: {len(model.groups.current)} groups at t = {model.elapsed:g}")
-        canvas.colorbar(draw_signal(axes[1], model.signal), ax=axes[1], shrink=0.9)
+        image = draw_signal(axes[1], model.signal)
+        canvas.colorbar(image, cax=axes[1].inset_axes((1.04, 0.0, 0.04, 1.0)))
         axes[1].set_title("signal")
     canvas.suptitle(figure.capitalize())
     canvas.savefig(path, dpi=100)

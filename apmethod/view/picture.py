@@ -66,13 +66,14 @@ def _draw_signals(figure: Figure, model: ParticleModel, signals: list[SignalFiel
     """Agents and signals side by side, as in the paper's Figure 9."""
     from apmethod.view.animals import draw_animals, draw_signal
 
-    figure.set_size_inches(4.6 * (1 + len(signals)), 4.8)
-    figure.subplots_adjust(left=0.06, right=0.97, bottom=0.08, top=0.86)
+    figure.set_size_inches(4.7 * (1 + len(signals)), 4.6)
+    figure.subplots_adjust(left=0.05, right=0.95, bottom=0.08, top=0.86)
     axes = figure.subplots(1, 1 + len(signals))
     draw_animals(axes[0], model)
     axes[0].set_title(f"t = {model.elapsed:.4g}")
     for ax, signal in zip(axes[1:], signals, strict=True):
-        figure.colorbar(draw_signal(ax, signal), ax=ax, shrink=0.8)
+        image = draw_signal(ax, signal)
+        figure.colorbar(image, cax=ax.inset_axes((1.04, 0.0, 0.04, 1.0)))
         ax.set_title(signal.name)
 
 
