@@ -7,7 +7,7 @@ that the fresh signal of an agent does not push the agent itself.
 
 from __future__ import annotations
 
-from math import ceil, floor, inf, sqrt
+from math import ceil, floor, sqrt
 
 from apmethod.compile import compiled, inlined
 
@@ -111,9 +111,18 @@ def read_bilinear(first, last, position, signal, slope, grid, home, value, gradi
             gradient[k, axis] += w_c * slope[c_i, c_j, axis] + w_d * slope[d_i, d_j, axis]
 
 
+@inlined
+def perceived_patches(radius, side):
+    """A radius in patches; at least what a plane needs, the 2 x 2 patches around an agent.
+
+    The farthest of these is sqrt(2) sides away.
+    """
+    return max(radius / side, 1.5)
+
+
 @compiled
 def read_vicinity(
-    first, last, position, signal, free, grid, radius, heading, view, value, gradient
+    first, last, position, signal, free, margin, grid, radius, heading, view, value, gradient
 ):
     """The plane that fits best what each agent perceives of the signal.
 
@@ -121,38 +130,42 @@ def read_vicinity(
     not empty only those that are at most that angle off the agent's ``heading``.  Value
     and gradient are the plane's at the agent; both are exact for a linear signal.  An
     agent that sees fewer patches than fix a plane has the mean of these and no gradient.
+
+    ``signal`` and ``free`` have ``margin`` patches more on each side, so that the loops
+    below need not ask where the domain ends.
     """
     wide, high = signal.shape
     for k in range(first, last):
-        u, v = (
-            (position[k, 0] - grid[0]) / grid[2] - 0.5,
-            (position[k, 1] - grid[1]) / grid[2] - 0.5,
-        )
-        # A plane needs the 2 x 2 patches around the agent, the farthest sqrt(2) sides away.
-        reach = max(radius[k] / grid[2], 1.5)
-        ahead, sight = 0.0, -inf
+        u = (position[k, 0] - grid[0]) / grid[2] - 0.5 + margin
+        v = (position[k, 1] - grid[1]) / grid[2] - 0.5 + margin
+        reach = perceived_patches(radius[k], grid[2])
+        per_square = 1.0 / (reach * reach)
+        head_x = head_y = ahead = 0.0
         if view.size:
-            ahead = sqrt(heading[k, 0] ** 2 + heading[k, 1] ** 2)
-            sight = view[k]
+            head_x, head_y = heading[k, 0], heading[k, 1]
+            ahead = view[k] * sqrt(head_x * head_x + head_y * head_y)
         n = x = y = xx = xy = yy = s_1 = sx = sy = 0.0
-        for i in range(ceil(u - reach), floor(u + reach) + 1):
-            if not grid[3] and (i < 0 or i >= wide):
-                continue
+        # A position that is not a number must not lead out of the arrays.
+        south, north = max(ceil(v - reach), 0), min(floor(v + reach) + 1, high)
+        for i in range(max(ceil(u - reach), 0), min(floor(u + reach) + 1, wide)):
             dx = i - u
-            for j in range(ceil(v - reach), floor(v + reach) + 1):
-                if not grid[4] and (j < 0 or j >= high):
-                    continue
+            row_n = row_y = row_yy = row_s = row_sy = 0.0
+            for j in range(south, north):
                 dy = j - v
                 r_2 = dx * dx + dy * dy
-                w = free[i % wide, j % high] * max(1.0 - r_2 / (reach * reach), 0.0) ** 2
-                if ahead > 0.0:
-                    facing = dx * heading[k, 0] + dy * heading[k, 1]
-                    if facing < sight * ahead * sqrt(r_2):
-                        continue
-                s = signal[i % wide, j % high]
-                n, x, y, s_1 = n + w, x + w * dx, y + w * dy, s_1 + w * s
-                xx, xy, yy = xx + w * dx * dx, xy + w * dx * dy, yy + w * dy * dy
-                sx, sy = sx + w * s * dx, sy + w * s * dy
+                w = max(1.0 - r_2 * per_square, 0.0)
+                w *= w * free[i, j]
+                if view.size:
+                    w = w if dx * head_x + dy * head_y >= ahead * sqrt(r_2) else 0.0
+                s = signal[i, j]
+                row_n += w
+                row_y += w * dy
+                row_yy += w * dy * dy
+                row_s += w * s
+                row_sy += w * s * dy
+            n, x, y = n + row_n, x + row_n * dx, y + row_y
+            xx, xy, yy = xx + row_n * dx * dx, xy + row_y * dx, yy + row_yy
+            s_1, sx, sy = s_1 + row_s, sx + row_s * dx, sy + row_sy
         value[k] = s_1 / n if n > 0.0 else 0.0
         gradient[k, 0] = gradient[k, 1] = 0.0
         if n > 0.0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from apmethod.skills.patches import Obstacles, lay_patches
 from apmethod.skills.sense import (
     lay_cloud,
     lay_nearest,
+    perceived_patches,
     read_bilinear,
     read_nearest,
     read_vicinity,
@@ -158,7 +160,7 @@ class SignalField(Skill):
         into = self.column(self.name), self.column(f"{self.name}_gradient")
         run = _SENSING[self.sensing]
         if self.sensing == "vicinity":
-            arguments = (self.values, self.patches.free, self.patches.grid, *self._eyes())
+            arguments = self._surroundings()
         else:
             arguments = (self.values, self.slope(), self.patches.grid, self.patches.home)
         if self.model.procedure.tier == "agents":
@@ -166,17 +168,26 @@ class SignalField(Skill):
         else:
             in_blocks(run, len(position), position, *arguments, *into, least=5000)
 
-    def _eyes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Radius, heading and view of the agents; the last two empty where all look round."""
-        count = len(self.model.particles)
-        radius = (
-            self.column("core_radius")
-            if "core_radius" in self.model.particles
-            else np.full(count, self.model.space.core_radius)
-        )
-        if self.view is None:
-            return radius, np.empty((0, 2)), np.empty(0)
-        return radius, self.column("heading"), self.column(self.view)
+    def _surroundings(self) -> tuple:
+        """What `read_vicinity` takes: patches with a margin, and the agents' eyes."""
+        radius = self._radius()
+        margin = ceil(perceived_patches(radius.max(initial=0.0), self.patch)) + 1
+        signal, free = self.values, self.patches.free
+        for axis, wraps in enumerate(self.patches.periodic):
+            wide = [(0, 0), (0, 0)]
+            wide[axis] = (margin, margin)
+            mode = "wrap" if wraps else "constant"
+            signal, free = np.pad(signal, wide, mode), np.pad(free, wide, mode)
+        eyes = (np.empty((0, 2)), np.empty(0))
+        if self.view is not None:
+            eyes = self.column("heading"), self.column(self.view)
+        return signal, free, margin, self.patches.grid, radius, *eyes
+
+    def _radius(self) -> np.ndarray:
+        """How far each agent perceives."""
+        if "core_radius" in self.model.particles:
+            return self.column("core_radius")
+        return np.full(len(self.model.particles), self.model.space.core_radius)
 
     def state(self) -> np.ndarray:
         """The values; `begin` makes new ones and leaves these."""
