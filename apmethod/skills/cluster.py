@@ -11,10 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from apmethod.checks import finite_number, whole_number
-from apmethod.compile import compiled, in_blocks
+from apmethod.compile import compiled, in_blocks, inlined
 from apmethod.perceive.cells import SortedCells, sort_into_cells
 from apmethod.perceive.domain import Domain, Open, distance_2
-from apmethod.perceive.lists import neighbour_lists
 
 
 def clusters(
@@ -43,70 +42,79 @@ def clusters(
 
 def search(positions: np.ndarray, radius: float, domain: Domain) -> SortedCells:
     """Cells in which agents exactly at the radius are found, too."""
-    return sort_into_cells(positions, radius * (1.0 + 1e-9), 1, domain)
+    return sort_into_cells(positions, radius * (1.0 + 1e-9), 0, domain)
 
 
 def clusters_in(cells: SortedCells, count: int, radius: float, least: int) -> np.ndarray:
     """`clusters` of ``count`` agents sorted into cells whose search radius is above ``radius``."""
-    lists = neighbour_lists(cells)
-    pairs = (
-        lists.start, lists.other, cells.row, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, radius,
+    around = (
+        cells.start, cells.low, cells.high, cells.row, cells.image, cells.x, cells.y,
+        cells.shift_x, cells.shift_y, radius * radius,
     )  # fmt: skip
     core = np.zeros(count, np.bool_)
-    in_blocks(_find_cores, len(cells.row), *pairs, least, core, least=2000)
+    in_blocks(_find_cores, len(cells.number), *around, least, core, least=500)
     first = np.arange(count)
-    _join(*pairs, core, first)
+    _join(*around, core, first)
     label = np.full(count, -1)
     _number(core, first, label)
-    in_blocks(_join_border, len(cells.row), *pairs, core, first, label, least=2000)
+    in_blocks(_join_border, len(cells.number), *around, core, first, label, least=500)
     return label
 
 
-@compiled
-def _find_cores(begin, end, start, other, row, image, x, y, shift_x, shift_y, radius, least, core):
-    radius_2 = radius * radius
-    for i in range(begin, end):
-        if image.size and image[i]:
-            continue
-        near = 1
-        if start[i + 1] - start[i] + 1 >= least:
-            for k in range(start[i], start[i + 1]):
-                j = other[k]
-                dx, dy = x[i] - x[j], y[i] - y[j]
-                if image.size:
-                    dx, dy = dx - shift_x[j], dy - shift_y[j]
-                near += 1 if distance_2(dx, dy) <= radius_2 else 0
-        core[row[i]] = near >= least
+@inlined
+def _apart_2(i, j, x, y, image, shift_x, shift_y):
+    """Squared distance from entry i to entry j, which may be an image."""
+    if image.size:
+        return distance_2((x[i] - x[j]) - shift_x[j], (y[i] - y[j]) - shift_y[j])
+    return distance_2(x[i] - x[j], y[i] - y[j])
 
 
 @compiled
-def _join(start, other, row, image, x, y, shift_x, shift_y, radius, core, first):
+def _find_cores(
+    begin, end, start, low, high, row, image, x, y, shift_x, shift_y, radius_2, least, core
+):
+    """Mark agents with enough others near them; who has enough is not counted on."""
+    for cell in range(begin, end):
+        for i in range(start[cell], start[cell + 1]):
+            if image.size and image[i]:
+                continue
+            near = 0
+            for run in range(low.shape[1]):
+                for j in range(low[cell, run], high[cell, run]):
+                    near += 1 if _apart_2(i, j, x, y, image, shift_x, shift_y) <= radius_2 else 0
+                if near >= least:
+                    break
+            core[row[i]] = near >= least
+
+
+@compiled
+def _join(start, low, high, row, image, x, y, shift_x, shift_y, radius_2, core, first):
     """Union-find over core agents: ``first`` leads from each to the first of its cluster."""
-    radius_2 = radius * radius
-    for i in range(row.size):
-        me = row[i]
-        if not core[me] or (image.size and image[i]):
-            continue
-        a = me
-        while first[a] != a:
-            first[a] = first[first[a]]
-            a = first[a]
-        for k in range(start[i], start[i + 1]):
-            j = other[k]
-            # Each pair once, from its end that is the later one in the table; most are of
-            # one cluster already, which is quicker to see than that they are near.
-            if row[j] < me and first[row[j]] != a and core[row[j]]:
-                dx, dy = x[i] - x[j], y[i] - y[j]
-                if image.size:
-                    dx, dy = dx - shift_x[j], dy - shift_y[j]
-                if distance_2(dx, dy) <= radius_2:
-                    b = row[j]
-                    while first[b] != b:
-                        first[b] = first[first[b]]
-                        b = first[b]
-                    a, b = min(a, b), max(a, b)
-                    first[b] = a
+    for cell in range(start.size - 1):
+        for i in range(start[cell], start[cell + 1]):
+            me = row[i]
+            if not core[me] or (image.size and image[i]):
+                continue
+            a = _end(first, me)
+            for run in range(low.shape[1]):
+                for j in range(low[cell, run], high[cell, run]):
+                    # Each pair once, from its end that is the later one in the table; most
+                    # are of one cluster already, which is quicker to see than their distance.
+                    if row[j] >= me or first[row[j]] == a or not core[row[j]]:
+                        continue
+                    if _apart_2(i, j, x, y, image, shift_x, shift_y) <= radius_2:
+                        b = _end(first, row[j])
+                        a, b = min(a, b), max(a, b)
+                        first[b] = a
+
+
+@inlined
+def _end(first, k):
+    """Where ``first`` leads to from agent k; the way gets shorter as it is gone."""
+    while first[k] != k:
+        first[k] = first[first[k]]
+        k = first[k]
+    return k
 
 
 @compiled
@@ -126,21 +134,21 @@ def _number(core, first, label):
 
 @compiled
 def _join_border(
-    begin, end, start, other, row, image, x, y, shift_x, shift_y, radius, core, first, label
+    begin, end, start, low, high, row, image, x, y, shift_x, shift_y, radius_2, core, first, label
 ):
     """Give agents that are not core agents the first cluster that they are near to."""
-    radius_2 = radius * radius
-    for i in range(begin, end):
-        if core[row[i]] or (image.size and image[i]):
-            continue
-        found = first.size
-        for k in range(start[i], start[i + 1]):
-            j = other[k]
-            if core[row[j]] and first[row[j]] < found:
-                dx, dy = x[i] - x[j], y[i] - y[j]
-                if image.size:
-                    dx, dy = dx - shift_x[j], dy - shift_y[j]
-                if distance_2(dx, dy) <= radius_2:
-                    found = first[row[j]]
-        if found < first.size:
-            label[row[i]] = label[found]
+    for cell in range(begin, end):
+        for i in range(start[cell], start[cell + 1]):
+            if core[row[i]] or (image.size and image[i]):
+                continue
+            found = first.size
+            for run in range(low.shape[1]):
+                for j in range(low[cell, run], high[cell, run]):
+                    if (
+                        core[row[j]]
+                        and first[row[j]] < found
+                        and _apart_2(i, j, x, y, image, shift_x, shift_y) <= radius_2
+                    ):
+                        found = first[row[j]]
+            if found < first.size:
+                label[row[i]] = label[found]
