@@ -93,6 +93,10 @@ class ParticleModel(mesa.Model):
         self.space = QuadLattice(self.particles, core_radius, domain, level)
         for cls in classes:
             self.particles.declare_class(cls)
+        self.dt = None if dt is None else finite_number("dt", dt, above=0.0)
+        self.skills = tuple(skills)
+        for skill in self.skills:  # before the terms, which may read what skills fill
+            skill.attach(self)
         for law in laws:
             law.check(self.kernel)
         self._own_w = float(self.kernel.w(0.0, 1.0))
@@ -107,11 +111,7 @@ class ParticleModel(mesa.Model):
                 f"radius_rule is {radius_rule!r}, and nothing delivers a density; give a law "
                 "that exchanges one, such as Diffusion"
             )
-        self.skills = tuple(skills)
         self.procedure = Procedure(self, tier)
-        self.dt = None if dt is None else finite_number("dt", dt, above=0.0)
-        for skill in self.skills:
-            skill.attach(self)
         self._check_dt()
 
     # -- the procedure -----------------------------------------------------------------
@@ -144,8 +144,8 @@ class ParticleModel(mesa.Model):
                         self.message()
                 self.advance(stage)
             self.motion.arrived()
-            self.procedure.take_turns("end", dt)
             self._check_finite()
+            self.procedure.take_turns("end", dt)
             self.elapsed = self._landed(dt)
             # What Mesa's batch runs and browser page go by.
             self.running = self.until is None or self.elapsed < self.until

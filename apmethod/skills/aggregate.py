@@ -28,7 +28,7 @@ class Aggregate(Animal):
 
     Attributes:
         size: how many agents it stands for.
-        since: physical time at which it came to be.
+        since: physical time at which it came to be, or at which the step began that made it.
         members: these agents, which are out of the model until it dissolves.
     """
 

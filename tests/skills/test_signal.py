@@ -85,6 +85,17 @@ def test_the_exact_total_is_that_of_its_equation():
         assert signal.total == pytest.approx(expected, rel=1e-12)
 
 
+def test_the_implicit_total_obeys_backward_eulers_form_around_obstacles():
+    """S' (1 + beta dt) = S + dt alpha N."""
+    signal = field(method="implicit", obstacles=pillar, start=0.7, diffusivity=20.0)
+    model = scene(signal, domain=MIXED)
+    expected = signal.total
+    for _ in range(5):
+        model.step()
+        expected = (expected + model.dt * 0.3 * 60) / (1.0 + 0.1 * model.dt)
+        assert signal.total == pytest.approx(expected, rel=1e-12)
+
+
 @settings(max_examples=15, deadline=None)
 @given(
     st.integers(1, 5), st.integers(1, 5), st.floats(0.0, 5.0), st.floats(0.0, 3.0),
