@@ -114,10 +114,12 @@ class AnimalModel(ParticleModel):
             else Follow(self.signal, sensitivity)
         )
         chosen = [self.strategies] if strategies else []
+        domain = Periodic((0, 0), (side, side))
+        domain.check_radius(floor or 0.0)
         super().__init__(
             agent_class,
             core_radius=core_radius,
-            domain=Periodic((0, 0), (side, side)),
+            domain=domain,
             laws=[Diffusion(diffusivity), follow],
             skills=[self.signal, self.groups, *chosen, *skills],
             radius_rule=None if floor is None else PerceptionFloor(floor),

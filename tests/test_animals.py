@@ -73,6 +73,7 @@ def test_nobody_and_one_animal():
         ({"side": 20.3}, "patch is 1 and the domain is 20.3 long"),
         ({"core_radius": 0.5}, "patch is 1 and the core radius is 0.5"),
         ({"floor": -1.0}, "floor is -1.0"),
+        ({"floor": 11.0}, "core radius is 11"),
         ({"near": 0.0}, "radius is 0.0"),
         ({"dt": 100.0}, "dt is 100, which is unstable"),
     ],

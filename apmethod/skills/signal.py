@@ -52,8 +52,9 @@ class SignalField(Skill):
         by: column that an agent's production is proportional to.
         start: s at the start, a number, an array of the patches' shape, or f(x, y).
         laying: "cloud" (cloud-in-cell), or "nearest" patch as in the paper.
-        sensing: "bilinear", "nearest", or "vicinity": by a kernel as wide as the agent's
-            core radius, which makes perception matter.
+        sensing: "bilinear", "nearest", or "vicinity": by a kernel as wide as the core
+            radius, which makes perception matter; the agent's own where its class has a
+            column ``core_radius``.
         view: column with the cosine of the half angle of an agent's view cone around its
             ``heading`` (-1 sees all round), for "vicinity".
         method: "euler" (the paper's), "exact" in time, or "implicit".

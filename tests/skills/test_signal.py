@@ -232,6 +232,21 @@ def test_a_view_cone_sees_what_is_ahead_only():
     )
 
 
+def test_animals_may_perceive_differently_far():
+    """One sees the food 3 patches away, the other does not."""
+
+    class Eyed(Animal):
+        core_radius = Column(start=1.0)
+
+    signal = field(sensing="vicinity", start=lambda x, y: 1.0 * (x == 8.5))
+    model = ParticleModel(Eyed, core_radius=4.0, domain=BOUNDED, skills=[signal], dt=0.1)
+    Eyed.create_agents(model, 2, position=(5.5, 6.5), core_radius=[2.0, 4.0])
+    signal.perceived()
+    near, far = model.particles.signal_gradient
+    assert near.tolist() == [0.0, 0.0]
+    assert far[0] > 0.01
+
+
 @pytest.mark.parametrize("sensing", ["nearest", "bilinear", "vicinity"])
 @pytest.mark.parametrize("laying", ["nearest", "cloud"])
 def test_both_tiers_lay_and_sense_alike(laying, sensing):
