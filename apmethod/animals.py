@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from apmethod.particles import Particles
 from apmethod.perceive.core_radius import FollowDensity
 from apmethod.perceive.domain import Periodic
 from apmethod.perceive.lattice import QuadLattice
+from apmethod.skills.aggregate import Aggregate, DescriptionScale
 from apmethod.skills.animal import Animal
 from apmethod.skills.follow import Follow
-from apmethod.skills.groups import Groups
+from apmethod.skills.groups import Group, Groups
 from apmethod.skills.signal import SignalField
 from apmethod.skills.skill import Skill
 from apmethod.skills.strategies import Pursue, Strategies, Strategy
@@ -58,12 +59,15 @@ class AnimalModel(ParticleModel):
         side: side of the square.
         patch: side of a patch.
         core_radius: how far animals perceive each other and the signal.
-        floor: below what the core radius never falls as animals crowd, or None to keep it.
+        floor: below what the core radius never falls as animals crowd, or None to keep it;
+            with ``gather`` at least a patch.
         sensing: how they sense the signal, see `SignalField`.
         near: distance at which two animals are near, for groups.
         least: animals within it, itself included, that make one the core of a group.
         strategies: strategies that animals may be given, see `Strategies`.
         speed: of animals on the way to the group of their strategy.
+        gather: tells of a `Group` whether it becomes one agent, see `DescriptionScale`.
+        dissolve: tells of such an `Aggregate` whether it becomes many again.
         skills: further ones.
         dt: longest time step; steeper peaks of the signal make shorter ones.
         tier, rng: see `ParticleModel`.
@@ -91,6 +95,8 @@ class AnimalModel(ParticleModel):
         least: int = 10,
         strategies: Sequence[type[Strategy]] = (),
         speed: float = 0.5,
+        gather: Callable[[Group], bool] | None = None,
+        dissolve: Callable[[Aggregate], bool] = lambda aggregate: False,
         skills: Sequence[Skill] = (),
         dt: float = 0.25,
         tier: str = "compiled",
@@ -114,10 +120,16 @@ class AnimalModel(ParticleModel):
             else Follow(self.signal, sensitivity)
         )
         chosen = [self.strategies] if strategies else []
+        if gather is not None:
+            chosen.append(DescriptionScale(self.groups, gather, dissolve))
         domain = Periodic((0, 0), (side, side))
         domain.check_radius(floor or 0.0)
+        if gather is not None and floor is not None:
+            # An aggregate's density is its own mass at one point, which a common radius would
+            # follow down to nothing.
+            floor = max(floor, patch)
         super().__init__(
-            agent_class,
+            [agent_class, *([] if gather is None else [Aggregate])],
             core_radius=core_radius,
             domain=domain,
             laws=[Diffusion(diffusivity), follow],

@@ -56,6 +56,16 @@ def test_strategies_and_leaders(strategy):
     assert given == (set(range(6)) if strategy == "mixed" else {4})
 
 
+def test_groups_of_some_age_become_one_agent():
+    model = load_scene("aggregation")(diffusivity=0.01, gather_after=5.0, rng=1)
+    while model.elapsed < 25.0:
+        model.step()
+        numbers = model.diagnostics()
+        assert numbers["mass"] == 2500.0
+        assert numbers["agents"] - numbers["aggregates"] + numbers["aggregated"] == 2500
+    assert numbers["aggregates"] > 3
+
+
 def test_nobody_and_one_animal():
     for count in (0, 1):
         model = AnimalModel(particles=count, side=20.0)

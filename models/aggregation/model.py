@@ -18,6 +18,7 @@ class Aggregation(AnimalModel):
         core_radius: how far animals perceive each other and the signal at first, in patches.
         floor: below what it never falls as they crowd, in patches.
         sensing: "vicinity", "bilinear" or "nearest": how they sense the signal.
+        gather_after: how long a group lives before it becomes one agent; None for ever.
         followed: how many animals' trajectories to record.
         dt: longest time step.
         tier: "compiled" or "agents".
@@ -37,6 +38,7 @@ class Aggregation(AnimalModel):
         core_radius: float = 3.0,
         floor: float = 0.0,
         sensing: str = "vicinity",
+        gather_after: float | None = None,
         followed: int = 0,
         dt: float = 0.25,
         tier: str = "compiled",
@@ -53,6 +55,7 @@ class Aggregation(AnimalModel):
             core_radius=core_radius,
             floor=floor,
             sensing=sensing,
+            gather=None if gather_after is None else lambda group: group.age >= gather_after,
             skills=[paths] if followed else [],
             dt=dt,
             tier=tier,
