@@ -152,3 +152,35 @@ def _join_border(
                         found = first[row[j]]
             if found < first.size:
                 label[row[i]] = label[found]
+
+
+def centres_of(
+    label: np.ndarray, position: np.ndarray, mass: np.ndarray, sizes: np.ndarray, domain: Domain
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass, centre of mass and root mean square radius of each cluster.
+
+    Where an axis is periodic the centre is found from the mean angle on a circle.
+    """
+    count = len(sizes)
+    weight = np.where(mass > 0.0, mass, np.finfo(float).tiny)
+    masses = np.bincount(label, weight, count)
+    centres, square = np.empty((count, 2)), np.zeros(count)
+    for axis, period in enumerate(domain.periods):
+        along = position[:, axis]
+        around = np.zeros(count)
+        if period:
+            turn = 2.0 * np.pi / period * along
+            around = np.arctan2(
+                np.bincount(label, weight * np.sin(turn), count),
+                np.bincount(label, weight * np.cos(turn), count),
+            ) * (period / (2.0 * np.pi))
+        apart = along - around[label]
+        if period:
+            apart -= period * np.round(apart / period)
+        off = np.bincount(label, weight * apart, count) / masses
+        square += np.bincount(label, (apart - off[label]) ** 2, count) / sizes
+        centres[:, axis] = around + off
+        if period:
+            lower = domain.lower[axis]
+            centres[:, axis] = lower + (centres[:, axis] - lower) % period
+    return np.bincount(label, mass, count), centres, np.sqrt(square)

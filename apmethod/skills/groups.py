@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.checks import finite_number, whole_number
-from apmethod.skills.cluster import clusters_in, search
+from apmethod.skills.cluster import centres_of, clusters_in, search
+from apmethod.skills.lineage import overlap
 from apmethod.skills.skill import Skill
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
     from apmethod.model import ParticleModel
     from apmethod.perceive.cells import SortedCells
-    from apmethod.perceive.domain import Domain
 
 #: Cells serve from this share of their search radius on: below, sorting anew costs less than
 #: looking through all the pairs that are too far apart (measured with 10^5 agents).
@@ -168,7 +168,7 @@ class Groups(Skill):
         column, time = self.column("group"), self.model.elapsed
         known = np.array([group.identity for group in self.current], np.int64)
         count = int(label.max(initial=-1)) + 1
-        from_old, from_share, into_new, into_share = _overlap(label, column, known, count)
+        from_old, from_share, into_new, into_share = overlap(label, column, known, count)
         # A cluster goes on as the group it has most from, if that has most of it here.
         goes_on = (from_old >= 0) & (into_new[from_old] == np.arange(count)) if len(known) else (
             np.zeros(count, bool)
@@ -200,7 +200,7 @@ class Groups(Skill):
         inside = np.flatnonzero(label >= 0)
         mass, position = self.column("mass")[inside], self.column("position")[inside]
         sizes = np.bincount(label[inside], minlength=len(identity))
-        masses, centres, radii = _centres(
+        masses, centres, radii = centres_of(
             label[inside], position, mass, sizes, self.model.space.domain
         )
         time = self.model.elapsed
@@ -212,66 +212,3 @@ class Groups(Skill):
             )
         )  # fmt: skip
         return tuple(sorted(groups, key=lambda group: group.identity))
-
-
-def _overlap(
-    label: np.ndarray, column: np.ndarray, known: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Who has most in common with whom.
-
-    Returns:
-        For each of ``count`` clusters the place in ``known`` of the group it has most
-        members from (-1: none) and their share of the cluster; for each known group the
-        cluster most of its members are in (-1: none) and their share of the group.
-    """
-    both = np.flatnonzero((label >= 0) & (column >= 0))
-    place = np.searchsorted(known, column[both])
-    pair, common = np.unique(label[both] * max(len(known), 1) + place, return_counts=True)
-    cluster, group = np.divmod(pair, max(len(known), 1))
-    from_old, from_most = _best(cluster, group, common, count)
-    into_new, into_most = _best(group, cluster, common, len(known))
-    sizes = np.bincount(label[label >= 0], minlength=count)
-    before = np.bincount(np.searchsorted(known, column[column >= 0]), minlength=len(known))
-    return from_old, from_most / sizes, into_new, into_most / np.maximum(before, 1)
-
-
-def _best(
-    one: np.ndarray, other: np.ndarray, common: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """For each ``one`` the ``other`` with most in common, the first of equals; -1: none."""
-    best, most = np.full(count, -1), np.zeros(count, np.int64)
-    order = np.lexsort((-other, common))  # the last to be written is the best
-    best[one[order]], most[one[order]] = other[order], common[order]
-    return best, most
-
-
-def _centres(
-    label: np.ndarray, position: np.ndarray, mass: np.ndarray, sizes: np.ndarray, domain: Domain
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mass, centre of mass and root mean square radius of each cluster.
-
-    Where an axis is periodic the centre is found from the mean angle on a circle.
-    """
-    count = len(sizes)
-    weight = np.where(mass > 0.0, mass, np.finfo(float).tiny)
-    masses = np.bincount(label, weight, count)
-    centres, square = np.empty((count, 2)), np.zeros(count)
-    for axis, period in enumerate(domain.periods):
-        along = position[:, axis]
-        around = np.zeros(count)
-        if period:
-            turn = 2.0 * np.pi / period * along
-            around = np.arctan2(
-                np.bincount(label, weight * np.sin(turn), count),
-                np.bincount(label, weight * np.cos(turn), count),
-            ) * (period / (2.0 * np.pi))
-        apart = along - around[label]
-        if period:
-            apart -= period * np.round(apart / period)
-        off = np.bincount(label, weight * apart, count) / masses
-        square += np.bincount(label, (apart - off[label]) ** 2, count) / sizes
-        centres[:, axis] = around + off
-        if period:
-            lower = domain.lower[axis]
-            centres[:, axis] = lower + (centres[:, axis] - lower) % period
-    return np.bincount(label, mass, count), centres, np.sqrt(square)
