@@ -59,8 +59,8 @@ class AnimalModel(ParticleModel):
         side: side of the square.
         patch: side of a patch.
         core_radius: how far animals perceive each other and the signal.
-        floor: below what the core radius never falls as animals crowd, or None to keep it;
-            with ``gather`` at least a patch.
+        floor: below what the core radius never falls as animals crowd.  That is a patch at
+            least: the signal tells nothing about what is nearer.
         sensing: how they sense the signal, see `SignalField`.
         near: distance at which two animals are near, for groups.
         least: animals within it, itself included, that make one the core of a group.
@@ -89,7 +89,7 @@ class AnimalModel(ParticleModel):
         side: float = 50.0,
         patch: float = 1.0,
         core_radius: float = 3.0,
-        floor: float | None = 0.0,
+        floor: float = 0.0,
         sensing: str = "vicinity",
         near: float = 1.0,
         least: int = 10,
@@ -122,19 +122,17 @@ class AnimalModel(ParticleModel):
         chosen = [self.strategies] if strategies else []
         if gather is not None:
             chosen.append(DescriptionScale(self.groups, gather, dissolve))
+        patch = finite_number("patch", patch, above=0.0)
+        floor = finite_number("floor", floor, least=0.0)
         domain = Periodic((0, 0), (side, side))
-        domain.check_radius(floor or 0.0)
-        if gather is not None and floor is not None:
-            # An aggregate's density is its own mass at one point, which a common radius would
-            # follow down to nothing.
-            floor = max(floor, patch)
+        domain.check_radius(floor)
         super().__init__(
             [agent_class, *([] if gather is None else [Aggregate])],
             core_radius=core_radius,
             domain=domain,
             laws=[Diffusion(diffusivity), follow],
             skills=[self.signal, self.groups, *chosen, *skills],
-            radius_rule=None if floor is None else PerceptionFloor(floor),
+            radius_rule=PerceptionFloor(max(floor, patch)),
             dt=dt,
             tier=tier,
             rng=rng,
