@@ -26,10 +26,10 @@ class PerceptionFloor(FollowDensity):
     """A core radius that keeps the number of neighbours, but never falls below a floor.
 
     Args:
-        floor: h_min, a length (paper Figure 10); 0 for none.
+        floor: h_min, a length (paper Figure 10).
     """
 
-    def __init__(self, floor: float = 0.0):
+    def __init__(self, floor: float):
         super().__init__()
         self.floor = finite_number("floor", floor, least=0.0)
 

@@ -28,6 +28,17 @@ def test_a_step_is_shorter_where_the_signal_is_steep():
     assert model.next_dt() < model.dt
 
 
+def test_perception_never_falls_below_the_floor():
+    for floor, least in ((0.0, 1.0), (2.0, 2.0)):
+        model = AnimalModel(particles=400, side=20.0, diffusivity=0.01, floor=floor, rng=1)
+        radii = []
+        for _ in range(150):
+            model.step()
+            radii.append(model.space.core_radius)
+        assert radii[0] == 3.0
+        assert min(radii) == least
+
+
 def test_seeds_are_compared_in_pairs():
     values = {0.1: [3, 5, 4], 0.01: [9, 10, 11]}
     rows = [

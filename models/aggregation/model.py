@@ -16,7 +16,7 @@ class Aggregation(AnimalModel):
         evaporation: beta.
         signal_diffusivity: Ds.
         core_radius: how far animals perceive each other and the signal at first, in patches.
-        floor: below what it never falls as they crowd, in patches.
+        floor: below what it never falls as they crowd, in patches; one at least.
         sensing: "vicinity", "bilinear" or "nearest": how they sense the signal.
         gather_after: how long a group lives before it becomes one agent; None for ever.
         followed: how many animals' trajectories to record.

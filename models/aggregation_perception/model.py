@@ -13,7 +13,7 @@ class AggregationPerception(AnimalModel):
 
     Args:
         particles: number of animals.
-        floor: h_min, a share of the square's side as in the paper; 0 for none.
+        floor: h_min, a share of the square's side as in the paper; 0 for none but the patch.
         diffusivity: D of the animals.
         sensitivity: lambda.
         core_radius: perception at first, in patches.
