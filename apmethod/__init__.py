@@ -9,7 +9,7 @@ from typing import Any
 
 _HOMES = {
     "apmethod.agent": ("AgentParticle", "DiffusingParticle", "InertialParticle"),
-    "apmethod.animals": ("AnimalModel",),
+    "apmethod.animals": ("AnimalModel", "PerceptionFloor"),
     "apmethod.compile": ("set_threads",),
     "apmethod.contribute.reconstruct": ("reconstruct",),
     "apmethod.contribute.smoothing": ("KERNELS", "Kernel"),

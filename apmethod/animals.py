@@ -122,7 +122,6 @@ class AnimalModel(ParticleModel):
         chosen = [self.strategies] if strategies else []
         if gather is not None:
             chosen.append(DescriptionScale(self.groups, gather, dissolve))
-        patch = finite_number("patch", patch, above=0.0)
         floor = finite_number("floor", floor, least=0.0)
         domain = Periodic((0, 0), (side, side))
         domain.check_radius(floor)
@@ -132,7 +131,7 @@ class AnimalModel(ParticleModel):
             domain=domain,
             laws=[Diffusion(diffusivity), follow],
             skills=[self.signal, self.groups, *chosen, *skills],
-            radius_rule=PerceptionFloor(max(floor, patch)),
+            radius_rule=PerceptionFloor(max(floor, self.signal.patch)),
             dt=dt,
             tier=tier,
             rng=rng,
