@@ -25,7 +25,7 @@ _HOMES = {
     "apmethod.move.law": ("Flow", "Law", "Now"),
     "apmethod.particles": ("Column", "Particles"),
     "apmethod.perceive.core_radius": ("FollowDensity",),
-    "apmethod.perceive.domain": ("Bounded", "Domain", "Open", "Periodic"),
+    "apmethod.perceive.domain": ("Bounded", "Domain", "Mirrored", "Open", "Periodic"),
     "apmethod.perceive.lattice": ("QuadLattice",),
     "apmethod.perceive.pairs": ("brute_force_pairs", "neighbour_pairs"),
     "apmethod.run.scenes": ("load_scene",),

@@ -139,6 +139,12 @@ class Procedure:
                 bus.post(agent, other, theirs)
                 if agent.perceives(other):
                     bus.post(other, agent, mine)
+        if space.domain.mirrors:
+            near_images = {
+                each for agent in self._agents for each, *_ in space.mirrored_near(agent)
+            }
+            for other in near_images - in_python:
+                bus.add_reflected(other, senders=in_python)
 
     def message(self) -> None:
         """Deliver the round's sums to the agents."""

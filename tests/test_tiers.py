@@ -6,6 +6,7 @@ import pytest
 from apmethod import (
     FORMS,
     Bounded,
+    Mirrored,
     Open,
     Periodic,
     StepFailed,
@@ -16,6 +17,7 @@ from samples import Curious, build, column_by_id
 DOMAINS = {
     "open": Open(),
     "bounded": Bounded((0.0, 0.0), (1.0, 1.0)),
+    "mirrored": Mirrored((0.0, 0.0), (1.0, 1.0)),
     "periodic": Periodic((0.0, 0.0), (1.0, 1.0)),
 }
 

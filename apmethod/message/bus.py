@@ -8,7 +8,7 @@ agent cannot tell from what it reads which of the two its neighbours used.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -139,7 +139,11 @@ class MessageBus:
         return tuple(mine), tuple(theirs)
 
     def own(self, agent: AgentParticle) -> Message:
-        """What ``agent`` gives itself, for the terms that count it in."""
+        """What nobody sends: the agent's part of its own sums, and that of mirror images.
+
+        The first goes to the terms that count the agent in; the second comes from beyond
+        the mirrored sides of the domain, if it has any.
+        """
         pair = self._pair(0.0, 0.0, self.smoothing_length)
         message: list[float] = []
         for term in self.terms:
@@ -147,13 +151,32 @@ class MessageBus:
                 message += self._weighed(term, term.values(pair, agent, agent), sender=agent)
             else:
                 message += [0.0] * (term.components or 1)
+        if self.space.domain.mirrors:
+            return tuple(np.add(message, self.reflected(agent)))
         return tuple(message)
+
+    def reflected(
+        self, agent: AgentParticle, senders: Container[AgentParticle] | None = None
+    ) -> np.ndarray:
+        """What the mirror images of ``senders``, None for all agents, give ``agent``."""
+        total = np.zeros(self._pass.width)
+        for other, dx, dy in self.space.mirrored_near(agent):
+            if senders is None or other in senders:
+                pair = self._pair(dx, dy, self.smoothing_length)
+                values = [term.values(pair, agent, other) for term in self.terms]
+                weighed = zip(self.terms, values, strict=True)
+                total += np.concatenate([self._weighed(*each, other) for each in weighed])
+        return total
 
     def post(self, sender: AgentParticle, receiver: AgentParticle, message: Message) -> None:
         """Send ``message``, one number for each part of each term, to ``receiver``."""
         self._must_be_open()
         self._mail.setdefault(receiver, {})[sender] = message
         self._sums[self.particles.row(receiver)] += message
+
+    def add_reflected(self, agent: AgentParticle, senders: Container[AgentParticle]) -> None:
+        """Add to a compiled agent's sums what mirror images of agents in Python give it."""
+        self._sums[self.particles.row(agent)] += self.reflected(agent, senders)
 
     def received(self, receiver: AgentParticle, sender: AgentParticle) -> bool:
         """Whether ``sender`` has sent ``receiver`` a message in this round."""

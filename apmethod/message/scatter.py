@@ -17,6 +17,7 @@ from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import distance_2
+from apmethod.perceive.images import REAL
 
 
 def scatter(
@@ -41,7 +42,7 @@ def scatter(
             cells.high, cells.image, cells.x, cells.y, cells.shift_x, cells.shift_y, table,
             cells.core_radius, cells.core_radius / kernel.support, total, least=4,
         )  # fmt: skip
-    real = ~cells.image if len(cells.image) else slice(None)
+    real = cells.image == REAL if len(cells.image) else slice(None)
     sums[row[real]] = total[real]
 
 

@@ -5,8 +5,7 @@ A cell is as wide as the core radius and is split in 4^p sub-domains (paper 2.4.
 Sub-domains are numbered row by row from the south, so that those of one row of that
 square follow each other, and the agents in them are one run of the sorted arrays.
 
-Agents near a periodic side appear a second time beyond the opposite one, as images: a
-search then never has to know that the domain is periodic.
+Agents near a periodic or mirrored side appear a second time as images beyond it.
 """
 
 from dataclasses import dataclass
@@ -14,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from apmethod.compile import in_blocks
-from apmethod.perceive.domain import PERIODIC, Domain
+from apmethod.perceive.domain import Domain
+from apmethod.perceive.images import REAL, with_images
 from apmethod.perceive.sorting import corners, counting_sort, longest_run, runs_around, take
 
 #: A dense table of sub-domains may hold this many for each agent; beyond, it is searched.
@@ -34,8 +34,8 @@ class SortedCells:
         origin: x and y of the south-west corner of sub-domain 0.
         grid: number of sub-domains along x and y.
         row: the agent's row in the positions that were sorted, (n + images,).
-        image: True where the entry is an image of the agent beyond a periodic side; empty,
-            as are the shifts, where no side is periodic.
+        image: whether the entry is an image, WRAPPED or MIRROR, or the agent itself, REAL
+            (0); empty, as are the shifts, where the domain makes no images.
         x, y: the agents' positions, not shifted.
         shift_x, shift_y: what to add to an image's position.
         number: of each occupied sub-domain, ascending, (cells,).
@@ -81,7 +81,7 @@ class SortedCells:
         """Number of distance tests in a search for all agents' neighbours (paper Table 2)."""
         own = np.diff(self.start)
         if len(self.image):
-            own = np.add.reduceat(~self.image, self.start[:-1], dtype=np.int64)
+            own = np.add.reduceat(self.image == REAL, self.start[:-1], dtype=np.int64)
         return int((own * (self.high - self.low).sum(axis=1)).sum())
 
 
@@ -89,7 +89,7 @@ def sort_into_cells(
     positions: np.ndarray, core_radius: float, level: int, domain: Domain
 ) -> SortedCells:
     """Sort agents, positions of shape (n, 2), into sub-domains of side core_radius / 2^level."""
-    row, shift = _with_images(positions, core_radius, domain)
+    row, shift, image = with_images(positions, core_radius, domain)
     where = positions if row is None else positions[row] + shift
     lowest, highest = corners(where) if len(where) else ((0.0, 0.0), (0.0, 0.0))
     extent = (highest[0] - lowest[0], highest[1] - lowest[1])
@@ -115,7 +115,7 @@ def sort_into_cells(
         origin=lowest,
         grid=grid,
         row=sorted_row,
-        image=order >= len(positions) if len(shift) else np.empty(0, bool),
+        image=image[order] if len(image) else image,
         x=x,
         y=y,
         shift_x=shift_x,
@@ -125,33 +125,6 @@ def sort_into_cells(
         low=low,
         high=high,
     )
-
-
-def _with_images(
-    positions: np.ndarray, core_radius: float, domain: Domain
-) -> tuple[np.ndarray | None, np.ndarray]:
-    """Rows and shifts of the agents, then of their images within a core radius outside.
-
-    Rows are None, and shifts empty, where no side is periodic.
-    """
-    if PERIODIC not in domain.kinds:
-        return None, np.empty((0, 2))
-    row = np.arange(len(positions))
-    shift = np.zeros((len(positions), 2))
-    reach = core_radius * (1.0 + 1e-9)  # one image too many is better than one too few
-    for axis, period in enumerate(domain.periods):
-        if domain.kinds[axis] != PERIODIC:
-            continue
-        along = positions[row, axis]
-        beyond = np.flatnonzero(along <= domain.lower[axis] + reach)
-        before = np.flatnonzero(along >= domain.upper[axis] - reach)
-        step = np.zeros((len(beyond) + len(before), 2))
-        step[: len(beyond), axis] = period
-        step[len(beyond) :, axis] = -period
-        copied = np.concatenate([beyond, before])
-        shift = np.concatenate([shift, shift[copied] + step])
-        row = np.concatenate([row, row[copied]])
-    return row, shift
 
 
 def _in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Where agents may be: open, bounded or periodic, along each axis."""
+"""Where agents may be: open, bounded, mirrored or periodic, along each axis."""
 
 from collections.abc import Sequence
 
@@ -6,21 +6,24 @@ import numpy as np
 
 from apmethod.compile import compiled, inlined
 
-OPEN, BOUNDED, PERIODIC = 0, 1, 2
-_BORDERS = {"open": OPEN, "bounded": BOUNDED, "periodic": PERIODIC}
+OPEN, BOUNDED, PERIODIC, MIRRORED = 0, 1, 2, 3
+_BORDERS = {"open": OPEN, "bounded": BOUNDED, "periodic": PERIODIC, "mirrored": MIRRORED}
 
 
 class Domain:
-    """A rectangle whose pairs of sides are each open, bounded or periodic.
+    """A rectangle whose pairs of sides are each open, bounded, mirrored or periodic.
 
     Open: agents go where they like, and the lattice follows them.  Bounded: a
-    displacement that crosses the side is reflected at it.  Periodic: an agent that leaves
+    displacement that crosses the side is reflected at it.  Mirrored: bounded, and agents
+    near a side also get what their mirror images beyond it contribute, so that sums are
+    complete there and a diffusing field has no flux through the side; an image has its
+    agent's columns as they are (a vector is not reflected).  Periodic: an agent that leaves
     by one side enters by the other, and agents perceive each other across.
 
     Args:
         lower: smallest x and y, of length 2.
         upper: largest x and y.
-        borders: "open", "bounded" or "periodic" for x and for y, or one for both.
+        borders: "open", "bounded", "mirrored" or "periodic" for x and for y, or one for both.
 
     Raises:
         ValueError: for an unknown border, or limits that are not finite and in order.
@@ -70,6 +73,11 @@ class Domain:
         return self.kinds == (OPEN, OPEN)
 
     @property
+    def mirrors(self) -> bool:
+        """Whether agents have mirror images beyond a side."""
+        return MIRRORED in self.kinds
+
+    @property
     def limits(self) -> tuple[tuple[float, float, int], tuple[float, float, int]]:
         """(lower, upper, kind) along x and y, as compiled passes take them."""
         return tuple(
@@ -79,6 +87,13 @@ class Domain:
 
     def check_radius(self, core_radius: float) -> None:
         """Refuse a core radius with which an agent would perceive another one twice."""
+        for axis, kind in enumerate(self.kinds):
+            length = self.upper[axis] - self.lower[axis]
+            if kind == MIRRORED and length < core_radius:
+                raise ValueError(
+                    f"the domain is {length:g} long along {'xy'[axis]} and the core radius is "
+                    f"{core_radius:g}; a mirrored domain must be at least one core radius long"
+                )
         for axis, period in enumerate(self.periods):
             if 0.0 < period < 2.0 * core_radius:
                 raise ValueError(
@@ -121,6 +136,11 @@ def Bounded(lower: Sequence[float], upper: Sequence[float]) -> Domain:
     return Domain(lower, upper, "bounded")
 
 
+def Mirrored(lower: Sequence[float], upper: Sequence[float]) -> Domain:
+    """A rectangle with sides that reflect, without flux (numerical mirror particles)."""
+    return Domain(lower, upper, "mirrored")
+
+
 def Periodic(lower: Sequence[float], upper: Sequence[float]) -> Domain:
     """A rectangle whose opposite sides are one."""
     return Domain(lower, upper, "periodic")
@@ -128,7 +148,7 @@ def Periodic(lower: Sequence[float], upper: Sequence[float]) -> Domain:
 
 @inlined
 def place_along(x, lower, upper, kind):
-    """One coordinate, reflected (bounded) or wrapped (periodic) into [lower, upper]."""
+    """One coordinate, reflected or (periodic) wrapped into [lower, upper]."""
     if kind == 0 or (lower <= x and x <= upper):
         return x
     length = upper - lower
@@ -151,12 +171,12 @@ def place(first, last, rows, position, along_x, along_y):
 
 @compiled
 def bounce(first, last, rows, position, velocity, along_x, along_y):
-    """Turn velocities round that lead out through a bounded side, before `place`."""
+    """Turn velocities round that lead out through a side that reflects, before `place`."""
     for k in range(first, last):
         row = rows[k]
         for axis in range(2):
             lower, upper, kind = along_x if axis == 0 else along_y
-            if kind == 1:
+            if kind in (BOUNDED, MIRRORED):
                 crossings = np.floor((position[row, axis] - lower) / (upper - lower))
                 if crossings % 2.0 == 1.0:
                     velocity[row, axis] = -velocity[row, axis]

@@ -11,6 +11,7 @@ import numpy as np
 from apmethod.checks import finite_number
 from apmethod.perceive.cells import SortedCells, sort_into_cells
 from apmethod.perceive.domain import Domain, Open, distance_2
+from apmethod.perceive.images import MIRROR, REAL
 from apmethod.perceive.pairs import neighbour_pairs
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ class QuadLattice:
         Neighbours are then near each other in memory, too.
         """
         cells = self.cells
-        self.particles.reorder(cells.row[~cells.image] if len(cells.image) else cells.row)
+        self.particles.reorder(cells.row[cells.image == REAL] if len(cells.image) else cells.row)
         self.forget()
 
     @property
@@ -155,6 +156,20 @@ class QuadLattice:
                 neighbours.append(agents[row])
         return neighbours
 
+    def mirrored_near(self, agent: AgentParticle) -> list[tuple[AgentParticle, float, float]]:
+        """Agents whose mirror images are within the core radius, and x_i - x_j to the image."""
+        cells, agents = self.cells, self.particles._agents
+        (x, y), radius_2 = self.place_of(agent), self.core_radius * self.core_radius
+        low, high = cells.around(np.array([[x, y]]))
+        found = []
+        for begin, end in zip(low[0], high[0], strict=True):
+            for k in range(begin, end):
+                if cells.image[k] == MIRROR:
+                    dx, dy = x - cells.x[k] - cells.shift_x[k], y - cells.y[k] - cells.shift_y[k]
+                    if distance_2(dx, dy) < radius_2:
+                        found.append((agents[cells.row[k]], float(dx), float(dy)))
+        return found
+
     def potential_neighbours(self, x: float, y: float) -> list[tuple]:
         """LpN of the sub-domain around (x, y), made once and shared by all agents in it.
 
@@ -184,7 +199,9 @@ class QuadLattice:
         cells = self._cells
         columns = [column.tolist() for column in (cells.row, cells.x, cells.y)]
         if len(cells.image):
-            columns += [cells.shift_x.tolist(), cells.shift_y.tolist()]
+            # A mirror image is nobody that an agent perceives: it stands out of reach.
+            shift_x = np.where(cells.image == MIRROR, np.inf, cells.shift_x)
+            columns += [shift_x.tolist(), cells.shift_y.tolist()]
         else:
             columns += [[0.0] * len(cells.row)] * 2
         self._entries = list(zip(*columns, strict=True))

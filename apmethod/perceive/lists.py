@@ -17,7 +17,8 @@ class NeighbourLists:
 
     Attributes:
         start: the neighbours of entry k are other[start[k]:start[k + 1]]; an image has none.
-        other: places of the neighbours, ascending for each agent.
+        other: places of the neighbours, ascending for each agent; mirror images are among
+            them.
     """
 
     start: np.ndarray

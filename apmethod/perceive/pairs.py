@@ -5,6 +5,7 @@ import numpy as np
 from apmethod.compile import compiled
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import Domain, Open, distance_2
+from apmethod.perceive.images import MIRROR
 
 
 def brute_force_pairs(
@@ -58,7 +59,7 @@ def _find_pairs(start, low, high, row, image, x, y, shift_x, shift_y, core_radiu
                 continue
             for run in range(low.shape[1]):
                 for j in range(low[cell, run], high[cell, run]):
-                    if row[j] > row[i]:
+                    if row[j] > row[i] and not (image.size and image[j] == MIRROR):
                         dx, dy = x[i] - x[j], y[i] - y[j]
                         if image.size:
                             dx, dy = dx - shift_x[j], dy - shift_y[j]

@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from apmethod import AgentParticle, Bounded, Domain, Open, ParticleModel, Periodic
+from apmethod import (
+    AgentParticle,
+    Bounded,
+    Domain,
+    Mirrored,
+    Open,
+    ParticleModel,
+    Periodic,
+)
+from apmethod.contribute.terms import density
 
 anywhere = st.floats(-1e6, 1e6)
 
@@ -59,3 +68,25 @@ def test_an_agent_cannot_start_outside():
 def test_bad_domains_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         Domain(*arguments)
+
+
+def test_a_mirrored_side_completes_the_density():
+    """Half a lattice and its mirror images have the density of the whole lattice."""
+    x, y = (part.ravel() for part in np.meshgrid(*[np.arange(-9.5, 10.0)] * 2))
+    places = np.column_stack([x, y])
+    whole = ParticleModel(AgentParticle, core_radius=2.5, terms=[density], dt=1.0)
+    corner = Mirrored((0.0, 0.0), (10.0, 20.0))
+    part = ParticleModel(AgentParticle, core_radius=2.5, terms=[density], dt=1.0, domain=corner)
+    inside = (x > 0.0) & (y > 0.0)
+    AgentParticle.create_agents(whole, len(places), position=places, mass=1.0)
+    AgentParticle.create_agents(part, inside.sum(), position=places[inside], mass=1.0)
+    for model in (whole, part):
+        model.step()
+    near = (x[inside] < 7.0) & (y[inside] < 7.0)
+    found, expected = part.particles.density, whole.particles.density[inside]
+    assert found[near] == pytest.approx(expected[near], rel=1e-14)
+
+
+def test_a_mirrored_domain_shorter_than_the_core_radius_is_refused():
+    with pytest.raises(ValueError, match="at least one core radius long"):
+        ParticleModel(AgentParticle, core_radius=2.0, domain=Mirrored((0, 0), (1, 5)))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from apmethod import (
     AgentParticle,
     Bounded,
+    Mirrored,
     Open,
     ParticleModel,
     Periodic,
@@ -24,6 +25,8 @@ DOMAINS = {
     "open": Open(),
     "bounded": Bounded((0.0, 0.0), (1.0, 1.0)),
     "periodic": Periodic((0.0, 0.0), (1.0, 1.0)),
+    "mirrored": Mirrored((0.0, 0.0), (1.0, 1.0)),
+    "pipe": Domain((0.0, 0.0), (1.0, 1.0), ("periodic", "mirrored")),
     "channel": Domain((0.0, 0.0), (1.0, 1.0), ("periodic", "bounded")),
 }
 
