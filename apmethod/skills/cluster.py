@@ -41,7 +41,10 @@ def clusters(
 
 
 def search(positions: np.ndarray, radius: float, domain: Domain) -> SortedCells:
-    """Cells in which agents exactly at the radius are found, too."""
+    """Cells in which agents exactly at the radius are found, too, and no mirror images."""
+    if domain.mirrors:
+        borders = tuple(name.replace("mirrored", "bounded") for name in domain.borders)
+        domain = Domain(domain.lower, domain.upper, borders)
     return sort_into_cells(positions, radius * (1.0 + 1e-9), 0, domain)
 
 

@@ -6,7 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.cluster import DBSCAN
 
-from apmethod import Animal, Groups, Law, Open, ParticleModel, Periodic, clusters, set_threads
+from apmethod import (
+    Animal,
+    Domain,
+    Groups,
+    Law,
+    Open,
+    ParticleModel,
+    Periodic,
+    clusters,
+    set_threads,
+)
 from apmethod.compile.threads import threads
 
 
@@ -145,6 +155,19 @@ def test_a_group_across_a_periodic_side_has_its_centre_there():
     assert min(group.x, 10.0 - group.x) < 0.2
     assert group.y == pytest.approx(5.0, abs=0.2)
     assert group.radius < 0.5
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.9])
+def test_mirror_images_are_in_no_group(radius):
+    groups = Groups(radius, 4)
+    domain = Domain((0, 0), (10, 10), "mirrored")
+    model = ParticleModel(Animal, core_radius=1.0, skills=[groups], dt=1.0, domain=domain)
+    Animal.create_agents(model, 3, position=[(0.0, 0.0), (0.1, 0.0), (0.0, 0.1)])
+    model.step()
+    assert groups.current == ()
+    Animal(model, position=(0.1, 0.1))
+    model.step()
+    assert [group.size for group in groups.current] == [4]
 
 
 def test_a_radius_beyond_perception_is_searched_for():
