@@ -9,6 +9,7 @@ from typing import Any
 
 _HOMES = {
     "apmethod.agent": ("AgentParticle", "DiffusingParticle", "InertialParticle"),
+    "apmethod.animals": ("AnimalModel", "PerceptionFloor"),
     "apmethod.compile": ("set_threads",),
     "apmethod.contribute.reconstruct": ("reconstruct",),
     "apmethod.contribute.smoothing": ("KERNELS", "Kernel"),
@@ -29,6 +30,24 @@ _HOMES = {
     "apmethod.perceive.lattice": ("QuadLattice",),
     "apmethod.perceive.pairs": ("brute_force_pairs", "neighbour_pairs"),
     "apmethod.run.scenes": ("load_scene",),
+    "apmethod.skills.aggregate": ("Aggregate", "DescriptionScale"),
+    "apmethod.skills.animal": ("Animal",),
+    "apmethod.skills.cluster": ("clusters",),
+    "apmethod.skills.follow": ("Follow", "growth_rate"),
+    "apmethod.skills.groups": ("Group", "GroupEvent", "Groups"),
+    "apmethod.skills.life": ("Life", "Trajectories"),
+    "apmethod.skills.signal": ("SignalField",),
+    "apmethod.skills.skill": ("Skill",),
+    "apmethod.skills.strategies": (
+        "ClosestGroup",
+        "FarthestGroup",
+        "HighestGradient",
+        "OldestGroup",
+        "Pursue",
+        "Strategies",
+        "Strategy",
+        "YoungestGroup",
+    ),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

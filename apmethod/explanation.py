@@ -20,6 +20,7 @@ def explain(model: ParticleModel) -> list[tuple[str, str]]:
         *getattr(model, "explained", list)(),
         ("core radius", "fixed" if model.radius_rule is None else repr(model.radius_rule)),
         *_exchange(model),
+        *((type(skill).__name__, repr(skill)) for skill in model.skills),
         ("move", _move(model)),
         ("borders", _borders(model)),
         ("time step", _time_step(model)),

@@ -12,3 +12,10 @@ def stay_alive(model: mesa.Model) -> None:
     schedule = getattr(model, "_default_schedule", None)
     if schedule is not None:
         schedule._schedule_next(model.time + 1.0)
+
+
+def come_back(model: mesa.Model, agent: mesa.Agent) -> None:
+    """Register an agent again that had left the model, under the id it had."""
+    identity = agent.unique_id
+    model.register_agent(agent)
+    agent.unique_id = identity  # Mesa 3.5 has given it a new one

@@ -23,6 +23,7 @@ from apmethod.perceive.core_radius import FollowDensity
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.lattice import QuadLattice
 from apmethod.procedure import Procedure
+from apmethod.skills.skill import Skill
 
 #: Share of the largest stable step that a step chosen by the model takes.
 MARGIN = 0.7
@@ -45,6 +46,7 @@ class ParticleModel(mesa.Model):
         integrator: an `Integrator` or its name.
         dt: time step; None lets the model choose each one, inside the stability limit.
         radius_rule: makes the core radius follow something; None keeps it.
+        skills: what the agents can do besides, such as `SignalField`.
         level: p of the quad-lattice, 4^p sub-domains a cell.
         evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
         tier: "compiled", or "agents" to run every step agent by agent in Python.
@@ -77,6 +79,7 @@ class ParticleModel(mesa.Model):
         integrator: str | Integrator = "euler",
         dt: float | None = None,
         radius_rule: FollowDensity | None = None,
+        skills: Sequence[Skill] = (),
         level: int = 1,
         evaluation: str = "auto",
         tier: str = "compiled",
@@ -90,6 +93,10 @@ class ParticleModel(mesa.Model):
         self.space = QuadLattice(self.particles, core_radius, domain, level)
         for cls in classes:
             self.particles.declare_class(cls)
+        self.dt = None if dt is None else finite_number("dt", dt, above=0.0)
+        self.skills = tuple(skills)
+        for skill in self.skills:  # before the terms, which may read what skills fill
+            skill.attach(self)
         for law in laws:
             law.check(self.kernel)
         self._own_w = float(self.kernel.w(0.0, 1.0))
@@ -105,7 +112,6 @@ class ParticleModel(mesa.Model):
                 "that exchanges one, such as Diffusion"
             )
         self.procedure = Procedure(self, tier)
-        self.dt = None if dt is None else finite_number("dt", dt, above=0.0)
         self._check_dt()
 
     # -- the procedure -----------------------------------------------------------------
@@ -126,11 +132,13 @@ class ParticleModel(mesa.Model):
                 self.radius_rule.adapt(self.space, self.particles)
             dt = self.next_dt()
             self.motion.begin(self.elapsed, dt)
+            self.procedure.take_turns("begin", dt)
             for stage in self.motion.stages():
                 h = self.bus.smoothing_length
                 self.motion.enter(stage, h, self._own_w / h**2)
                 if stage.interacts:
                     self.perceive()
+                    self.procedure.take_turns("perceived")
                     for number in range(len(self.bus.rounds)):
                         self.contribute(number)
                         self.message()
@@ -138,6 +146,7 @@ class ParticleModel(mesa.Model):
             self.motion.arrived()
             self.finish(dt)
             self._check_finite()
+            self.procedure.take_turns("end", dt)
             self.elapsed = self._landed(dt)
             # What Mesa's batch runs and browser page go by.
             self.running = self.until is None or self.elapsed < self.until
@@ -226,10 +235,13 @@ class ParticleModel(mesa.Model):
         """Put the agents back if the step fails, and say which step it was."""
         state, changes = self.particles.state(), self.particles.changes
         radius = self.space.core_radius
+        skills = [(skill, skill.state()) for skill in self.skills]
         try:
             yield
         except BaseException as error:  # Ctrl-C too: a step happens or it does not
             self.space.core_radius = radius
+            for skill, kept in skills:
+                skill.restore(kept)
             if self.particles.changes == changes:
                 self.particles.restore(state)
                 where = "the agents were put back to where it began"
@@ -263,7 +275,7 @@ class ParticleModel(mesa.Model):
         position = self.particles.array("position")
         total = float(mass.sum())
         centroid = (mass @ position) / total if total else np.full(2, np.nan)
-        return {
+        numbers = {
             "step": self.steps,
             "time": self.elapsed,
             "agents": len(self.particles),
@@ -272,6 +284,9 @@ class ParticleModel(mesa.Model):
             "centroid_y": float(centroid[1]),
             "core_radius": self.space.core_radius,
         }
+        for skill in self.skills:
+            numbers |= skill.diagnostics()
+        return numbers
 
 
 def _declared_terms(classes: Sequence[type]) -> list[Term]:

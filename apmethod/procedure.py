@@ -49,7 +49,7 @@ class Procedure:
         self.model = model
         self.tier = tier
         #: Seconds spent in each phase since the model was made.
-        self.seconds = dict.fromkeys(PHASES, 0.0)
+        self.seconds = dict.fromkeys(PHASES, 0.0) | ({"skills": 0.0} if model.skills else {})
         self._split_cells: SortedCells | None = None
 
     # -- who runs what -----------------------------------------------------------------
@@ -168,6 +168,13 @@ class Procedure:
                     agent.move()
                 else:
                     agent.predict()
+
+    def take_turns(self, turn: str, *arguments: float) -> None:
+        """Let each skill have its turn ("begin", "perceived" or "end")."""
+        if self.model.skills:
+            with self._timed("skills"):
+                for skill in self.model.skills:
+                    getattr(skill, turn)(*arguments)
 
     @contextmanager
     def _timed(self, phase: str) -> Iterator[None]:

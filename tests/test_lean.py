@@ -31,6 +31,19 @@ def test_a_step_needs_no_browser_and_no_picture():
     assert not imported_after(statement) & {"solara", "matplotlib"}
 
 
+def test_a_scene_without_skills_knows_nothing_of_them():
+    script = (
+        "import sys\n"
+        "from apmethod.scenes.rotating_hill import RotatingHill\n"
+        "model = RotatingHill(particles=200, rng=1)\n"
+        "model.step()\n"
+        "assert 'skills' not in model.procedure.seconds\n"
+        "print(*sorted(m for m in sys.modules if m.startswith('apmethod.skills.')))"
+    )
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert found.stdout.split() == ["apmethod.skills.skill"], found.stderr
+
+
 def test_the_public_names_are_there():
     import apmethod
 

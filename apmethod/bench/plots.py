@@ -80,6 +80,26 @@ def draw_error(results: dict[str, Any], path: Path) -> None:
     _save(figure, path)
 
 
+def draw_aggregation(results: dict[str, Any], path: Path) -> None:
+    """Growth rates against the dispersion relation, and the seeds of Figures 9 and 10."""
+    figure, axes = _panels(3)
+    rows = results["waves"]
+    _line(axes[0], rows, "k", "expected", "dispersion relation")
+    _line(axes[0], rows, "k", "measured", "measured")
+    _label(axes[0], "growth of small waves", "wave number k", "growth rate, 1/time")
+    drawn = (("figure 9", "groups"), ("figure 10", "stable_since"))
+    for ax, (name, what) in zip(axes[1:], drawn, strict=True):
+        ours = [row for row in results["rows"] if row["figure"] == name]
+        compared = next(
+            row for row in results["compared"] if (row["figure"], row["what"]) == (name, what)
+        )
+        for k, label in enumerate(("first", "second")):
+            _line(ax, ours[k::2], "seed", what, compared[label])
+        _label(ax, name, "seed", what.replace("_", " "))
+        ax.set_ylim(bottom=0)
+    _save(figure, path)
+
+
 def _panels(count: int) -> tuple[Figure, Sequence[Axes]]:
     figure = Figure(figsize=(5.2 * count, 4.2), layout="constrained")
     FigureCanvasAgg(figure)

@@ -14,7 +14,10 @@ Table = tuple[str, Sequence[str], list[tuple]]
 
 def show(results: dict[str, Any], files: dict[str, str]) -> None:
     """Print a benchmark's tables, what was checked, where it ran, and its files."""
-    makers = {"neighbours": _neighbours, "sums": _sums, "scale": _scale, "error": _error}
+    makers = {
+        "neighbours": _neighbours, "sums": _sums, "scale": _scale, "error": _error,
+        "aggregation": _aggregation,
+    }  # fmt: skip
     for title, head, rows in makers[results["benchmark"]](results):
         print_table(title, rows, head)
     if "checked" in results:
@@ -202,6 +205,50 @@ def _error(results: dict[str, Any]) -> list[Table]:
             compared,
         ),
     ]  # fmt: skip
+
+
+def _aggregation(results: dict[str, Any]) -> list[Table]:
+    growth = [
+        (
+            f"{row['k']:.3f}", f"{row['expected']:.5f}", f"{row['measured']:.5f}",
+            f"{row['off']:+.1%}",
+        )
+        for row in [*results["waves"], results["threshold"]]
+    ]  # fmt: skip
+    compared = [
+        (
+            f"{row['figure']}, {row['what'].replace('_', ' ')}",
+            f"{row['first']}: {row['first_mean']:.4g}",
+            f"{row['second']}: {row['second_mean']:.4g}",
+            f"{row['difference']:+.4g} +- {row['half_width']:.3g}",
+            "yes" if row["certain"] else "no",
+        )
+        for row in results["compared"]
+    ]
+    seeds = results["settings"]["seeds"]
+    costs = [
+        (title, row["contender"], row["agents"], _ms(row["median_seconds"]), _times(row["times"]))
+        for title, rows in results["costs"].items()
+        for row in rows
+    ]
+    agents = results["threshold"]["agents"]
+    return [
+        (
+            f"growth rate of waves of {agents} agents; last, the sensitivity that keeps one",
+            ("k", "dispersion relation", "measured", "off"),
+            growth,
+        ),
+        (
+            f"means over {seeds} seeds, and the difference's 95 % confidence interval",
+            ("of", "first", "second", "difference", "not 0"),
+            compared,
+        ),
+        (
+            "costs, medians",
+            ("of", "contender", "agents", "ms", "times the first"),
+            costs,
+        ),
+    ]
 
 
 def _ms(seconds: float) -> str:

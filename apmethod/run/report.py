@@ -24,6 +24,7 @@ _LABELS = {
     "seconds_contribute": "  contribute, s",
     "seconds_message": "  message, s",
     "seconds_move": "  move, s",
+    "seconds_skills": "  skills, s",
     "mass_drift": "mass drift, relative",
     "centroid_drift": "centroid drift, length",
     "l2_error": "L2 error, relative",

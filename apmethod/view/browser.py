@@ -19,6 +19,8 @@ from mesa.visualization.solara_viz import split_model_params
 from mesa.visualization.utils import update_counter
 
 from apmethod.field.model import FieldModel
+from apmethod.skills.signal import SignalField
+from apmethod.view.animals import draw_animals, draw_signal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,6 +127,43 @@ def field_view() -> View:
         for ax, values in zip(axes, fields.values(), strict=True):
             image = ax.imshow(values, origin="lower", extent=model.box, vmin=0.0, vmax=top)
         figure.colorbar(image, cax=bar, ticks=_few_ticks())
+        return figure
+
+    return figure_view(draw)
+
+
+def animals_view(column: str | None = None) -> View:
+    """A view of the agents with the outlines of their groups.
+
+    Args:
+        column: name of a column with one number an agent, to colour them by.
+    """
+
+    def draw(model: ParticleModel) -> Figure:
+        figure, (ax,), bar = _panels("agents" if column is None else f"agents, by {column}")
+        draw_animals(ax, model)
+        if column is None:
+            bar.set_axis_off()
+        else:
+            dots = ax.collections[0]
+            dots.set(array=getattr(model.particles, column), alpha=1.0)
+            figure.colorbar(dots, cax=bar, ticks=_few_ticks())
+        return figure
+
+    return figure_view(draw)
+
+
+def signal_view(number: int = 0) -> View:
+    """A view of a signal.
+
+    Args:
+        number: which of the scene's signals.
+    """
+
+    def draw(model: ParticleModel) -> Figure:
+        signal = [skill for skill in model.skills if isinstance(skill, SignalField)][number]
+        figure, (ax,), bar = _panels(signal.name)
+        figure.colorbar(draw_signal(ax, signal), cax=bar, ticks=_few_ticks())
         return figure
 
     return figure_view(draw)

@@ -12,15 +12,20 @@ from matplotlib.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from apmethod.model import ParticleModel
     from apmethod.run.runner import Run
+    from apmethod.skills.signal import SignalField
 
 
 def draw_run(run: Run, title: str, path: Path) -> None:
     """Draw start, end and, where it is known, the exact solution and the error."""
     figure = Figure()  # placed by hand: a layout engine draws everything twice
     FigureCanvasAgg(figure)
+    signals = [skill for skill in run.model.skills if hasattr(skill, "patches")]
     if hasattr(run.model, "field"):
         _draw_field(figure, run)
+    elif signals:
+        _draw_signals(figure, run.model, signals)
     else:
         _draw_agents(figure, run)
     model = run.model
@@ -56,6 +61,21 @@ def _draw_field(figure: Figure, run: Run) -> None:
             ax.axis(model.box)
         ax.set_title(name)
         figure.colorbar(image, ax=ax, shrink=0.8)
+
+
+def _draw_signals(figure: Figure, model: ParticleModel, signals: list[SignalField]) -> None:
+    """Agents and signals side by side, as in the paper's Figure 9."""
+    from apmethod.view.animals import draw_animals, draw_signal
+
+    figure.set_size_inches(4.7 * (1 + len(signals)), 4.6)
+    figure.subplots_adjust(left=0.05, right=0.95, bottom=0.08, top=0.86)
+    axes = figure.subplots(1, 1 + len(signals))
+    draw_animals(axes[0], model)
+    axes[0].set_title(f"t = {model.elapsed:.4g}")
+    for ax, signal in zip(axes[1:], signals, strict=True):
+        image = draw_signal(ax, signal)
+        figure.colorbar(image, cax=ax.inset_axes((1.04, 0.0, 0.04, 1.0)))
+        ax.set_title(signal.name)
 
 
 def _draw_agents(figure: Figure, run: Run) -> None:

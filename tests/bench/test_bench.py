@@ -3,11 +3,12 @@
 import csv
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from apmethod.bench import neighbours, sums
+from apmethod.bench import aggregation, dispersion, gatherings, neighbours, sums
 from apmethod.bench.cloud import Cloud, core_radius_for
 from apmethod.bench.mesa_spaces import SPACES
 from apmethod.bench.population import candidates, exchange, population, put, take
@@ -200,3 +201,16 @@ def test_progress_ends_at_one():
     progress.made(100)
     progress.made(300)
     assert told == [(0.0, 0), (0.25, 1), (1.0, 2)]
+
+
+def test_aggregation(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(dispersion, "WAVES", (2,))
+    monkeypatch.setattr(dispersion, "ALONG", 30)
+    arguments = ["--quick", "--seeds", "2", "--sizes", "2000", "--rounds", "1"]
+    monkeypatch.setattr(aggregation, "_LEADERS", (500, 5))
+    monkeypatch.setattr(gatherings, "QUICK", 2.0)
+    results = bench(capsys, tmp_path, "aggregation", *arguments)
+    assert len(results["rows"]) == 2 * 2 * 2
+    assert {row["contender"] for row in results["costs"]["groups"]} == {"apmethod", "scikit-learn"}
+    for path in results["pictures"].values():
+        assert Path(path).read_bytes().startswith(b"\x89PNG")

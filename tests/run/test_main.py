@@ -115,7 +115,8 @@ def test_a_scene_is_named_by_its_folder(capsys, tmp_path):
 
 def test_scenes_are_listed(capsys):
     _, out, _ = call(capsys, "scenes", "--json")
-    assert {"diffusion", "rotating_hill"} <= set(json.loads(out))
+    animals = {"aggregation", "aggregation_perception", "group_strategies"}
+    assert {"diffusion", "rotating_hill", *animals} <= set(json.loads(out))
 
 
 @pytest.mark.parametrize(

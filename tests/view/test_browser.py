@@ -25,7 +25,8 @@ from apmethod import AgentParticle, FieldModel, ParticleModel, load_scene
 from apmethod.view import browser
 
 ROOT = Path(__file__).parents[2]
-SCENES = ("rotating_hill", "diffusion")
+FIELDS = ("rotating_hill", "diffusion")
+ANIMALS = ("aggregation", "aggregation_perception", "group_strategies")
 
 
 def app_of(scene):
@@ -76,7 +77,7 @@ def render():
         page.context.close()
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", FIELDS + ANIMALS)
 def test_step_moves_the_model_on_and_reset_brings_the_same_one_back(render, scene):
     page = render(app_of(scene)["page"])
     start = page.images()
@@ -92,7 +93,7 @@ def test_step_moves_the_model_on_and_reset_brings_the_same_one_back(render, scen
     assert page.images() == start
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", FIELDS)
 def test_every_choice_on_the_page_makes_a_sound_model(scene):
     model_params = app_of(scene)["model_params"]
     largest = {name: p.max for name, p in model_params.items() if isinstance(p, Slider)}
@@ -100,6 +101,16 @@ def test_every_choice_on_the_page_makes_a_sound_model(scene):
     for accuracy in model_params["accuracy"]["values"]:
         model = load_scene(scene)(accuracy=accuracy, **largest, **fixed)
         assert model.dt <= model.largest_dt()
+
+
+@pytest.mark.parametrize("scene", ANIMALS)
+@pytest.mark.parametrize("end", ["min", "max"])
+def test_animals_step_at_both_ends_of_every_slider(scene, end):
+    model_params = app_of(scene)["model_params"]
+    sliders = {name: p for name, p in model_params.items() if isinstance(p, Slider)}
+    model = load_scene(scene)(**{name: getattr(p, end) for name, p in sliders.items()})
+    model.step()
+    assert model.elapsed > 0.0
 
 
 def test_an_app_finds_the_scene_of_its_own_folder(tmp_path):

@@ -1,0 +1,104 @@
+"""Scenes of animals: what Figures 9 and 10 rest on, in small."""
+
+import numpy as np
+import pytest
+
+from apmethod import Animal, AnimalModel, explain, load_scene
+from apmethod.bench import gatherings
+
+
+def test_a_run_keeps_the_animals_and_names_its_skills():
+    model = AnimalModel(particles=400, side=20.0, diffusivity=0.01, rng=3)
+    for _ in range(150):
+        model.step()
+        sizes = sum(group.size for group in model.groups.current)
+        assert sizes + (model.particles.group == -1).sum() == 400
+    assert len(model.groups.current) > 0
+    assert "SignalField" in dict(explain(model))
+    assert model.procedure.seconds["skills"] > 0.0
+
+
+def test_a_step_is_shorter_where_the_signal_is_steep():
+    model = AnimalModel(particles=300, side=20.0, rng=1)
+    assert model.next_dt() == model.dt
+    model.particles.assign("position", np.full((300, 2), 10.0) + 0.1)
+    for _ in range(10):
+        model.step()
+    assert model.next_dt() == pytest.approx(0.7 * model.largest_dt())
+    assert model.next_dt() < model.dt
+
+
+def test_perception_never_falls_below_the_floor():
+    for floor, least in ((0.0, 1.0), (2.0, 2.0)):
+        model = AnimalModel(particles=400, side=20.0, diffusivity=0.01, floor=floor, rng=1)
+        radii = []
+        for _ in range(150):
+            model.step()
+            radii.append(model.space.core_radius)
+        assert radii[0] == 3.0
+        assert min(radii) == least
+
+
+def test_seeds_are_compared_in_pairs():
+    values = {0.1: [3, 5, 4], 0.01: [9, 10, 11]}
+    rows = [
+        {"figure": "figure 9", "diffusivity": d, "groups": value}
+        for d in values
+        for value in values[d]
+    ]
+    found = gatherings.compared(rows, "figure 9", "groups")
+    assert (found["first_mean"], found["second_mean"], found["difference"]) == (4.0, 10.0, 6.0)
+    assert found["half_width"] == pytest.approx(4.302653 * np.std([6, 5, 7], ddof=1) / np.sqrt(3))
+    assert found["certain"]
+
+
+def test_fewer_groups_at_the_higher_diffusivity():
+    rows, models = gatherings.runs("figure 9", range(2), until=40.0)
+    found = gatherings.compared(rows, "figure 9", "groups")
+    assert found["first_mean"] < 0.5 * found["second_mean"]
+    assert [model.elapsed for model in models] == [40.0, 40.0]
+
+
+@pytest.mark.parametrize("strategy", ["mixed", "youngest"])
+def test_strategies_and_leaders(strategy):
+    model = load_scene("group_strategies")(particles=300, strategy=strategy, leaders=5, rng=1)
+    model.step()
+    given = set(model.particles.strategy[:300].tolist())
+    assert given == (set(range(6)) if strategy == "mixed" else {4})
+
+
+def test_groups_of_some_age_become_one_agent():
+    model = load_scene("aggregation")(diffusivity=0.01, gather_after=5.0, rng=1)
+    while model.elapsed < 25.0:
+        model.step()
+        numbers = model.diagnostics()
+        assert numbers["mass"] == 2500.0
+        assert numbers["agents"] - numbers["aggregates"] + numbers["aggregated"] == 2500
+    assert numbers["aggregates"] > 3
+
+
+def test_nobody_and_one_animal():
+    for count in (0, 1):
+        model = AnimalModel(particles=count, side=20.0)
+        model.step()
+        assert model.groups.current == ()
+    assert isinstance(model.particles.agents[0], Animal)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"particles": -1}, "particles is -1"),
+        ({"diffusivity": -0.1}, "diffusivity is -0.1"),
+        ({"production": -0.1}, "production is -0.1"),
+        ({"side": 20.3}, "patch is 1 and the domain is 20.3 long"),
+        ({"core_radius": 0.5}, "patch is 1 and the core radius is 0.5"),
+        ({"floor": -1.0}, "floor is -1.0"),
+        ({"floor": 11.0}, "core radius is 11"),
+        ({"near": 0.0}, "radius is 0.0"),
+        ({"dt": 100.0}, "dt is 100, which is unstable"),
+    ],
+)
+def test_bad_input_is_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        AnimalModel(**{"particles": 100, "side": 20.0} | options)
