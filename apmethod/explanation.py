@@ -20,6 +20,7 @@ def explain(model: ParticleModel) -> list[tuple[str, str]]:
         ("core radius", "fixed" if model.radius_rule is None else repr(model.radius_rule)),
         *_exchange(model),
         ("move", _move(model)),
+        *([] if model.obstacles is None else [("obstacles", _obstacles(model))]),
         ("borders", _borders(model)),
         ("time step", _time_step(model)),
     ]
@@ -60,6 +61,12 @@ def _move(model: ParticleModel) -> str:
         f"{motion.integrator.name}, order {motion.integrator.order}, perceives {times} a step: "
         f"{laws}{_who(model, 'move')}"
     )
+
+
+def _obstacles(model: ParticleModel) -> str:
+    domains = model.obstacles.domains()
+    empty = sum(not domain.obstacles for domain in domains)
+    return f"{model.obstacles!r}, in {len(domains)} kd-tree-domains, {empty} of them empty"
 
 
 def _borders(model: ParticleModel) -> str:
