@@ -277,6 +277,7 @@ class ParticleModel(mesa.Model):
         position = self.particles.array("position")
         total = float(mass.sum())
         centroid = (mass @ position) / total if total else np.full(2, np.nan)
+        absorbed = {} if self.obstacles is None else {"absorbed": self.obstacles.absorbed}
         return {
             "step": self.steps,
             "time": self.elapsed,
@@ -285,6 +286,7 @@ class ParticleModel(mesa.Model):
             "centroid_x": float(centroid[0]),
             "centroid_y": float(centroid[1]),
             "core_radius": self.space.core_radius,
+            **absorbed,
         }
 
 

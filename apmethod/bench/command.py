@@ -1,4 +1,4 @@
-"""``apmethod bench neighbours``, ``sums`` and ``scale``."""
+"""``apmethod bench neighbours``, ``sums``, ``scale`` and ``obstacles``."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ def add_parser(commands: Any) -> None:
     _add_neighbours(benchmarks)
     _add_sums(benchmarks)
     _add_scale(benchmarks)
+    _add_obstacles(benchmarks)
 
 
 def _add_neighbours(benchmarks: Any) -> None:
@@ -65,6 +66,17 @@ def _add_scale(benchmarks: Any) -> None:
     parser.add_argument("--largest", type=int, metavar="N", help="leave out the sizes above N")
     parser.add_argument("--rounds", type=int, help="processes of each size (default: 3)")
     parser.add_argument("--steps", type=int, help="timed steps of each process (default: 5)")
+
+
+def _add_obstacles(benchmarks: Any) -> None:
+    parser = _benchmark(
+        benchmarks, "obstacles", _obstacles, "first walls on displacements (paper 2.5)",
+        "10^5 short and long rays among octagons: kd-tree-domains by the surface area "
+        "heuristic and by the median, no tree, and shapely's STRtree and Embree (pip install "
+        "shapely embreex) if they are installed; and one moving octagon, with planes that "
+        "follow it or a new tree. Sizes are numbers of walls.",
+    )  # fmt: skip
+    parser.add_argument("--rounds", type=int, help="runs of each contender (default: 7)")
 
 
 def _benchmark(
@@ -168,6 +180,14 @@ def _scale(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
             raise ValueError(f"largest is {options.largest}; no size is that small")
     rounds = _chosen("rounds", options.rounds, 1 if options.quick else 3)
     return study(sizes, rounds, _chosen("steps", options.steps, 5), report)
+
+
+def _obstacles(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
+    from apmethod.bench.obstacles import RAYS, SIZES, study
+
+    sizes = options.sizes or (SIZES[:3] if options.quick else SIZES)
+    rounds = _chosen("rounds", options.rounds, 3 if options.quick else 7)
+    return study(sizes, rounds, RAYS // 5 if options.quick else RAYS, report=report)
 
 
 def _chosen(name: str, given: int | None, otherwise: int) -> int:

@@ -26,7 +26,7 @@ from apmethod import AgentParticle, FieldModel, ParticleModel, load_scene
 from apmethod.view import browser
 
 ROOT = Path(__file__).parents[2]
-SCENES = ("rotating_hill", "diffusion")
+SCENES = ("rotating_hill", "diffusion", "obstacles", "moving_obstacle", "harbour")
 
 
 def app_of(scene):

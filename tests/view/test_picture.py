@@ -6,6 +6,7 @@ import pytest
 from apmethod import AgentParticle, FieldModel, ParticleModel
 from apmethod.run.runner import run
 from apmethod.scenes.diffusion import DensityDiffusion
+from apmethod.scenes.moving_obstacle import MovingObstacle
 from apmethod.view.picture import draw_run
 
 
@@ -19,7 +20,10 @@ def dots():
     return model
 
 
-@pytest.mark.parametrize("make", [unsolved, dots, lambda: DensityDiffusion(100)])
+@pytest.mark.parametrize(
+    "make",
+    [unsolved, dots, lambda: DensityDiffusion(100), lambda: MovingObstacle(50, rng=1)],
+)
 def test_every_kind_of_run_is_drawn(make, tmp_path):
     result = run(make(), steps=2)
     draw_run(result, "a run", tmp_path / "picture.png")

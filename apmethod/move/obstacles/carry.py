@@ -74,7 +74,7 @@ def nearest_wall(tree, walls, now, domain, x, y):
     best, best_x, best_y = np.inf, 0.0, 0.0
     for k in range(tree.first[domain], tree.last[domain]):
         wall = tree.listed[k]
-        place = place_of(walls.turn[wall], now)
+        place = place_of(walls, wall, now)
         if place < 0:
             continue
         ax, ay = walls.ends[place, wall, 0], walls.ends[place, wall, 1]
@@ -104,7 +104,7 @@ def landing(tree, walls, now, clearance, domain, x, y, dx, dy, wall, share, alon
     Returns:
         (x, y, its leaf, the wall's unit normal x and y on the agent's side).
     """
-    place = place_of(walls.turn[wall], now)
+    place = place_of(walls, wall, now)
     ax, ay = walls.ends[place, wall, 0], walls.ends[place, wall, 1]
     bx, by = walls.ends[place, wall, 2], walls.ends[place, wall, 3]
     length, way = np.hypot(bx - ax, by - ay), np.hypot(dx, dy)

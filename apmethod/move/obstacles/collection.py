@@ -12,6 +12,7 @@ from apmethod.move.obstacles.behaviour import BEHAVIOURS, OWN_FUNCTION
 from apmethod.move.obstacles.carry import BEHAVE, FREE, STOP, Bodies, carry_all_with
 from apmethod.move.obstacles.moving import (
     Movers,
+    homes_of,
     movers_of,
     placed,
     poses_of,
@@ -28,7 +29,7 @@ from apmethod.move.obstacles.rays import (
     pairs_blocked,
 )
 from apmethod.move.obstacles.shapes import Obstacle, inside
-from apmethod.move.obstacles.tree import LEAF, RULES, Rules, build_tree
+from apmethod.move.obstacles.tree import LEAF, RULES, Rules, Tree, build_tree
 from apmethod.particles import Column, Particles
 from apmethod.perceive.domain import PERIODIC, Domain
 
@@ -195,6 +196,7 @@ class Obstacles:
             [np.minimum(first, second) - margin, np.maximum(first, second) + margin], axis=1
         )
         self._movers: Movers | None = None
+        self._homes = homes_of([np.arange(total)[self._slices[k]] for k in self._moving])
         # Where moving obstacles stand, and where they go to in this step.
         self._poses: dict[Obstacle, np.ndarray] = {}
         self._next_poses: dict[Obstacle, np.ndarray] = {}
@@ -209,6 +211,11 @@ class Obstacles:
             self._poses = dict(self._next_poses)
 
     def _build(self) -> None:
+        self.tree = self.new_tree()
+        self.rebuilds += 1
+
+    def new_tree(self) -> Tree:
+        """A tree built for the walls as they stand and move in this step."""
         root = np.array([0.0, 0.0, 1.0, 1.0])
         if len(self._bounds):
             low, high = self._bounds[:, :2].min(axis=0), self._bounds[:, 2:].max(axis=0)
@@ -221,8 +228,13 @@ class Obstacles:
                 np.minimum(root[:2], low - least),
                 np.maximum(root[2:], high + least),
             )
-        self.tree = build_tree(self.walls.ends[0], self._bounds, self._whole, root, self.rules)
-        self.rebuilds += 1
+        return build_tree(self.walls.ends[0], self._bounds, self._whole, root, self.rules)
+
+    def moved_tree(self) -> Tree | None:
+        """The tree with planes that have followed moving walls; None if a domain disappears."""
+        least = 2.0 * self.clearance
+        walls, moving = self.walls.ends[0], self._whole
+        return follow(self.tree, walls, self._bounds, self._whole, moving, least)
 
     # -- in a model --------------------------------------------------------------------
 
@@ -265,10 +277,7 @@ class Obstacles:
     def check_positions(self, positions: np.ndarray, who: str = "agent") -> None:
         """Refuse positions, of shape (n, 2), outside the domain, in an obstacle or at its edge."""
         self._domain.check_positions(positions)
-        result = np.zeros(len(positions), np.bool_)
-        near_walls(
-            0, len(positions), self.tree, self.walls, positions, 0.5 * self.clearance, result
-        )
+        result = self.near(positions, 0.5 * self.clearance)
         place = f"at the edge of an obstacle, less than {0.5 * self.clearance:.3g} away"
         for obstacle in self._obstacles:
             if not obstacle.solid or result.any():
@@ -305,10 +314,7 @@ class Obstacles:
         if not self._moving:
             return
         self._place_movers(time + dt, dt)
-        moved = follow(
-            self.tree, self.walls.ends[0], self._bounds, self._whole, self._whole,
-            2.0 * self.clearance,
-        )  # fmt: skip
+        moved = self.moved_tree()
         if moved is None:
             self._build()
         else:
@@ -325,8 +331,9 @@ class Obstacles:
             self._next_poses[obstacle] = end
             pose = poses_of(obstacle.pivot, begin, end)
             own = self.walls.ends[2, numbers]
-            self.walls.ends[:2, numbers] = placed(own, pose[[0, -1]])
-            low_x, low_y, high_x, high_y = swept_bounds(own, pose)
+            ends = placed(own, pose)
+            self.walls.ends[:2, numbers] = ends[[0, -1]]
+            low_x, low_y, high_x, high_y = swept_bounds(ends, pose)
             self._bounds[numbers] = (
                 low_x - margin, low_y - margin, high_x + margin, high_y + margin,
             )  # fmt: skip
@@ -335,10 +342,7 @@ class Obstacles:
                 self.bodies.drift[number, 3:] = pose[0, :2]
             poses.append(pose)
         if poses:
-            walls = [
-                np.arange(s.start, s.stop) for s in map(self._slices.__getitem__, self._moving)
-            ]
-            self._movers = movers_of(poses, self._moving, walls, self.bodies)
+            self._movers = movers_of(poses, self._moving, self._homes, self.bodies)
 
     def carry(self, rows: np.ndarray, velocity: str, *, trial: bool, in_python: bool) -> None:
         """Carry agents from where the step began to where they want to be, as walls allow.
@@ -453,6 +457,14 @@ class Obstacles:
         )  # fmt: skip
         return shares, hits
 
+    def occupied(self, positions: np.ndarray) -> np.ndarray:
+        """Which positions, (n, 2), no agent can have: in an obstacle or at its edge."""
+        result = self.near(positions, 0.5 * self.clearance)
+        for obstacle in self._obstacles:
+            if obstacle.solid:
+                result |= self._inside(obstacle, positions)
+        return result
+
     def blocked(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """Which pairs, (m, 2) rows of positions (n, 2), have a wall in their line of sight."""
         result = np.empty(len(pairs), np.bool_)
@@ -466,6 +478,7 @@ class Obstacles:
         For cells: their middles, with half their diagonal added to the distance.
         """
         result = np.empty(len(points), np.bool_)
+        points = np.ascontiguousarray(points, float)
         in_blocks(near_walls, len(points), self.tree, self.walls, points, distance, result)
         return result
 

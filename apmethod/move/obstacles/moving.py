@@ -77,38 +77,35 @@ def placed(own_walls: np.ndarray, poses: np.ndarray) -> np.ndarray:
     return result
 
 
-def swept_bounds(own_walls: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """A box, (4,), that holds the walls all through a step, as resting agents meet them."""
-    ends = placed(own_walls, poses).reshape(-1, 2)
-    reach = np.abs(own_walls).max() * 2.0**0.5
-    arc = reach * TURN**2 / 8.0 if len(poses) > 2 or poses[0, 3] != poses[-1, 3] else 0.0
-    return np.concatenate([ends.min(axis=0) - arc, ends.max(axis=0) + arc])
+def swept_bounds(ends: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """A box, (4,), that holds walls, (poses, n, 4), all through a step as resting agents see it."""
+    corners = ends.reshape(-1, 2)
+    turns = len(poses) > 2 or poses[0, 3] != poses[-1, 3]
+    reach = np.abs(ends[0].reshape(-1, 2) - poses[0, :2]).max() * 2.0**0.5
+    arc = reach * TURN**2 / 8.0 if turns else 0.0
+    return np.concatenate([corners.min(axis=0) - arc, corners.max(axis=0) + arc])
 
 
 def movers_of(
-    poses: Sequence[np.ndarray],
-    obstacles: Sequence[int],
-    walls: Sequence[np.ndarray],
-    bodies: Bodies,
+    poses: Sequence[np.ndarray], obstacles: Sequence[int], homes: Tree, bodies: Bodies
 ) -> Movers:
     """The obstacles that move in a step.
 
     Args:
         poses: of each, see `poses_of`.
         obstacles: their numbers.
-        walls: the numbers of the walls of each.
+        homes: see `homes_of`.
         bodies: what all obstacles do.
     """
-    count = len(poses)
-    table = np.zeros((count, max(map(len, poses)), 4))
+    table = np.zeros((len(poses), max(map(len, poses)), 4))
     for k, pose in enumerate(poses):
         table[k, : len(pose)] = pose
     pieces = np.array([len(pose) - 1 for pose in poses], np.int32)
     at_rest = bodies._replace(drift=np.zeros_like(bodies.drift))
-    return Movers(table, pieces, np.array(obstacles, np.int32), at_rest, _homes(walls))
+    return Movers(table, pieces, np.array(obstacles, np.int32), at_rest, homes)
 
 
-def _homes(walls: Sequence[np.ndarray]) -> Tree:
+def homes_of(walls: Sequence[np.ndarray]) -> Tree:
     """A leaf for each list of walls, all the plane wide and without neighbours."""
     count = len(walls)
     last = np.cumsum([len(numbers) for numbers in walls], dtype=np.int32)
@@ -122,9 +119,9 @@ def _homes(walls: Sequence[np.ndarray]) -> Tree:
         beyond=np.full((count, 4), -1, np.int32),
         owner=none,
         owner_side=np.zeros(count, np.int8),
-        first=np.concatenate([[0], last[:-1]]).astype(np.int32),
+        first=np.concatenate([[0], last])[:-1].astype(np.int32),
         last=last,
-        listed=np.concatenate(walls).astype(np.int32),
+        listed=np.concatenate([np.empty(0, np.int32), *walls]).astype(np.int32),
     )
 
 

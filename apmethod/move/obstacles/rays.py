@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apmethod.compile import compiled
-from apmethod.move.obstacles.borrowing import borrowing, called, exact
+from apmethod.move.obstacles.borrowing import borrowing, exact
 from apmethod.move.obstacles.predicates import MISS, meeting
 from apmethod.move.obstacles.tree import LEAF
 
@@ -32,10 +32,13 @@ class Walls(NamedTuple):
 
 
 @exact
-def place_of(turn, now):
+def place_of(walls, wall, now):
     """Which of `Walls.ends` holds at a time; -1 for a wall that is not in the way."""
+    if now == BEFORE:
+        return 0
     if now == OWN:
         return 2
+    turn = walls.turn[wall]
     if turn == now:
         return -1
     return 1 if turn < now else 0
@@ -100,7 +103,7 @@ def next_domain(tree, domain, side, x, y, dx, dy):
     return other
 
 
-@called
+@exact
 def first_hit(tree, walls, now, domain, px, py, qx, qy):
     """The first wall on the way from p to q, ends included.
 
@@ -122,7 +125,7 @@ def first_hit(tree, walls, now, domain, px, py, qx, qy):
     while domain >= 0:
         for k in range(tree.first[domain], tree.last[domain]):
             wall = tree.listed[k]
-            place = place_of(walls.turn[wall], now)
+            place = place_of(walls, wall, now)
             if place < 0:
                 continue
             tried += 1
@@ -172,7 +175,7 @@ def brute_force_hits(first, last, walls, now, starts, ends, shares, hits):
     for k in range(first, last):
         shares[k], hits[k] = MISS, -1
         for wall in range(len(walls.turn)):
-            place = place_of(walls.turn[wall], now)
+            place = place_of(walls, wall, now)
             if place < 0:
                 continue
             a_x, a_y = walls.ends[place, wall, 0], walls.ends[place, wall, 1]
