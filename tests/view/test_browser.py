@@ -98,10 +98,11 @@ def test_every_choice_on_the_page_makes_a_sound_model(scene):
     model_params = app_of(scene)["model_params"]
     largest = {name: p.max for name, p in model_params.items() if isinstance(p, Slider)}
     fixed = {"dt": model_params["dt"]} if "dt" in model_params else {}
-    choices = (model_params[name]["values"] for name in ("form", "kernel"))
-    for form, kernel in product(*choices):
-        model = load_scene(scene)(form=form, kernel=kernel, **largest, **fixed)
-        assert model.dt <= model.largest_dt()
+    selects = {name: p["values"] for name, p in model_params.items() if isinstance(p, dict)}
+    for chosen in product(*selects.values()):
+        choice = dict(zip(selects, chosen, strict=True))
+        model = load_scene(scene)(**choice, **largest, **fixed)
+        assert model.next_dt() <= model.largest_dt()
 
 
 def test_an_app_finds_the_scene_of_its_own_folder(tmp_path):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from apmethod.checks import finite_number
 from apmethod.compile import in_blocks, plain
 from apmethod.move.obstacles.behaviour import BEHAVIOURS, OWN_FUNCTION
 from apmethod.move.obstacles.carry import BEHAVE, FREE, STOP, Bodies, carry_all_with
@@ -98,7 +99,11 @@ class Obstacles:
         if rule not in RULES:
             raise ValueError(f"rule is {rule!r}; it must be one of {', '.join(RULES)}")
         self.on_squeezed = squeezed
-        self.rules = Rules(rule=RULES[rule], favour=float(favour), threshold=float(threshold))
+        self.rules = Rules(
+            rule=RULES[rule],
+            favour=finite_number("favour", favour, least=0.0),
+            threshold=finite_number("threshold", threshold, least=0.0),
+        )
         self.rebuilds = -1  # the first tree does not count
         self.absorbed = 0
         self.squeezed: list[tuple[float, int, tuple[float, float], Obstacle]] = []
