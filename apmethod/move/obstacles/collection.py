@@ -134,13 +134,14 @@ class Obstacles:
         Raises:
             ValueError: if an agent is where it would be, naming the agents.
         """
-        before = list(self._obstacles)
+        before, rebuilds = list(self._obstacles), self.rebuilds
         self._include([*before, obstacle])
         try:
             if self._particles is not None:
                 self.check_positions(self._particles.array("position"), "agent in row")
         except ValueError:
             self._include(before)
+            self.rebuilds = rebuilds
             raise
 
     def remove(self, obstacle: Obstacle) -> None:

@@ -117,12 +117,15 @@ def test_agents_that_start_in_an_obstacle_are_named():
     assert len(model.particles) == 0
     with pytest.raises(ValueError, match=r"agent 0, 1 of 2 given.*at the edge of an obstacle"):
         AgentParticle.create_agents(model, 2, position=[[0.0, 1.0], [4.0, 3.0]])
+    places = np.array([[3.0, 2.0], [1.5, 1.5], [4.0, 3.0]])
+    assert model.obstacles.occupied(places).tolist() == [True, False, True]
     agents = AgentParticle.create_agents(model, 2, position=[[1.5, 1.5], [9.0, 9.0]])
     with pytest.raises(ValueError, match=r"agent 1, 0 of 1 given.*inside atoll"):
         agents[0].position = (0.5, 0.5)
     with pytest.raises(ValueError, match=r"agent in row 1 of 2 given.*inside late"):
         model.obstacles.add(square((9.0, 9.0), 1.0, name="late"))
     assert len(model.obstacles) == 1
+    assert model.obstacles.rebuilds == 0
 
 
 def test_what_periodic_domains_cannot_have_is_refused():
