@@ -16,10 +16,18 @@ if TYPE_CHECKING:
 
 
 class Position(Column):
-    """Where an agent is; what is assigned ends where the domain's borders let it."""
+    """Where an agent is; what is assigned ends where the domain's borders let it.
+
+    Within a step an agent displaces itself there, as far as obstacles let it; between steps
+    it is put there, which is refused inside of an obstacle.
+    """
 
     def __set__(self, agent: AgentParticle, value: Any) -> None:
         x, y = self.checked(value, 1)[0].tolist()
+        obstacles = agent.model.obstacles
+        if obstacles is not None:
+            super().__set__(agent, obstacles.put(agent, x, y))
+            return
         super().__set__(agent, agent.model.space.domain.place(x, y))
 
 

@@ -22,6 +22,7 @@ def explain(model: ParticleModel) -> list[tuple[str, str]]:
         *_exchange(model),
         *((type(skill).__name__, repr(skill)) for skill in model.skills),
         ("move", _move(model)),
+        *([] if model.obstacles is None else [("obstacles", _obstacles(model))]),
         ("borders", _borders(model)),
         ("time step", _time_step(model)),
     ]
@@ -62,6 +63,12 @@ def _move(model: ParticleModel) -> str:
         f"{motion.integrator.name}, order {motion.integrator.order}, perceives {times} a step: "
         f"{laws}{_who(model, 'move')}"
     )
+
+
+def _obstacles(model: ParticleModel) -> str:
+    domains = model.obstacles.domains()
+    empty = sum(not domain.obstacles for domain in domains)
+    return f"{model.obstacles!r}, in {len(domains)} kd-tree-domains, {empty} of them empty"
 
 
 def _borders(model: ParticleModel) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import mesa
 import numpy as np
@@ -24,6 +25,10 @@ from apmethod.perceive.domain import Domain
 from apmethod.perceive.lattice import QuadLattice
 from apmethod.procedure import Procedure
 from apmethod.skills.skill import Skill
+
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
+    from apmethod.move.obstacles.shapes import Obstacle
 
 #: Share of the largest stable step that a step chosen by the model takes.
 MARGIN = 0.7
@@ -47,6 +52,7 @@ class ParticleModel(mesa.Model):
         dt: time step; None lets the model choose each one, inside the stability limit.
         radius_rule: makes the core radius follow something; None keeps it.
         skills: what the agents can do besides, such as `SignalField`.
+        obstacles: what agents cannot pass, an `Obstacles` or a list of them.
         level: p of the quad-lattice, 4^p sub-domains a cell.
         evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
         tier: "compiled", or "agents" to run every step agent by agent in Python.
@@ -62,6 +68,7 @@ class ParticleModel(mesa.Model):
         space: the quad-lattice.
         bus: the message bus.
         motion: laws and integrator.
+        obstacles: what agents cannot pass, or None.
         procedure: how the steps are run; its ``seconds`` tell the time by phase.
     """
 
@@ -80,6 +87,7 @@ class ParticleModel(mesa.Model):
         dt: float | None = None,
         radius_rule: FollowDensity | None = None,
         skills: Sequence[Skill] = (),
+        obstacles: Obstacles | Sequence[Obstacle] | None = None,
         level: int = 1,
         evaluation: str = "auto",
         tier: str = "compiled",
@@ -100,7 +108,10 @@ class ParticleModel(mesa.Model):
         for law in laws:
             law.check(self.kernel)
         self._own_w = float(self.kernel.w(0.0, 1.0))
-        self.motion = Motion(self.particles, self.space.domain, laws, integrator_named(integrator))
+        self.obstacles = None if obstacles is None else _collected(obstacles)
+        self.motion = Motion(
+            self.particles, self.space.domain, laws, integrator_named(integrator), self.obstacles
+        )
         wanted = _unique(
             [*(t for law in laws for t in law.terms), *terms, *_declared_terms(classes)]
         )
@@ -148,6 +159,8 @@ class ParticleModel(mesa.Model):
             self._check_finite()
             self.procedure.take_turns("end", dt)
             self.elapsed = self._landed(dt)
+            if self.obstacles is not None:
+                self._end_obstacles()
             # What Mesa's batch runs and browser page go by.
             self.running = self.until is None or self.elapsed < self.until
 
@@ -267,6 +280,21 @@ class ParticleModel(mesa.Model):
                 self.elapsed,
             )
 
+    def _end_obstacles(self) -> None:
+        """Obstacles take agents that they have absorbed; one without a place stops the run."""
+        squeezed = self.obstacles.squeezed_agents()
+        if squeezed and self.obstacles.on_squeezed == "stop":
+            self.elapsed = self.motion.time
+            agent, obstacle = squeezed[0]
+            others = f" and {len(squeezed) - 1} more" if len(squeezed) > 1 else ""
+            raise StepFailed(
+                f"agent {agent.unique_id} ({type(agent).__name__}) at {agent.position.tolist()}"
+                f"{others} is squeezed: {obstacle.name} leaves it no place to go to",
+                self.steps,
+                self.elapsed,
+            )
+        self.obstacles.end(self.elapsed)
+
     # -- in numbers --------------------------------------------------------------------
 
     def diagnostics(self) -> dict[str, float]:
@@ -284,9 +312,17 @@ class ParticleModel(mesa.Model):
             "centroid_y": float(centroid[1]),
             "core_radius": self.space.core_radius,
         }
+        if self.obstacles is not None:
+            numbers["absorbed"] = self.obstacles.absorbed
         for skill in self.skills:
             numbers |= skill.diagnostics()
         return numbers
+
+
+def _collected(obstacles: Obstacles | Sequence[Obstacle]) -> Obstacles:
+    from apmethod.move.obstacles.collection import Obstacles  # costs nothing where there are none
+
+    return obstacles if isinstance(obstacles, Obstacles) else Obstacles(obstacles)
 
 
 def _declared_terms(classes: Sequence[type]) -> list[Term]:

@@ -8,7 +8,8 @@ import pytest
 from apmethod import AgentParticle, DiffusingParticle, Diffusion, ParticleModel, explain
 from apmethod.message import gather
 
-HEAVY = ("mesa", "numba", "solara", "matplotlib", "scipy", "pandas")
+OBSTACLES = "apmethod.move.obstacles.collection"
+HEAVY = ("mesa", "numba", "solara", "matplotlib", "scipy", "pandas", "shapely", OBSTACLES)
 
 
 def imported_after(statement):
@@ -28,7 +29,12 @@ def test_a_step_needs_no_browser_and_no_picture():
         "from apmethod.scenes.rotating_hill import RotatingHill\n"
         "RotatingHill(particles=200, rng=1).step()"
     )
-    assert not imported_after(statement) & {"solara", "matplotlib"}
+    assert not imported_after(statement) & {"solara", "matplotlib", OBSTACLES}
+
+
+def test_obstacles_need_no_shapely():
+    statement = "from apmethod.scenes.harbour import Harbour\nHarbour(particles=20, rng=1)"
+    assert imported_after(statement) & {"shapely", OBSTACLES} == {OBSTACLES}
 
 
 def test_a_scene_without_skills_knows_nothing_of_them():
@@ -80,3 +86,11 @@ def test_one_stage_integrators_allocate_for_one_stage_only():
     model = ParticleModel(AgentParticle, core_radius=1.0, dt=1.0, integrator="strang")
     assert "_carried" not in model.particles
     assert "_acceleration" not in model.particles
+
+
+def test_a_model_without_obstacles_has_nothing_of_them():
+    model = ParticleModel(AgentParticle, core_radius=1.0, dt=1.0)
+    assert model.obstacles is None
+    assert not {"_domain", "_held", "_fate", "_tried"} & set(model.particles.columns)
+    assert "absorbed" not in model.diagnostics()
+    assert "obstacles" not in dict(explain(model))

@@ -32,6 +32,7 @@ def add_parser(commands: Any) -> None:
     _add_scale(benchmarks)
     _add_error(benchmarks)
     _add_aggregation(benchmarks)
+    _add_obstacles(benchmarks)
 
 
 def _add_neighbours(benchmarks: Any) -> None:
@@ -91,6 +92,17 @@ def _add_aggregation(benchmarks: Any) -> None:
     )  # fmt: skip
     parser.add_argument("--seeds", type=int, help="seeds of each setting (default: 20)")
     parser.add_argument("--rounds", type=int, help="timed rounds (default: 7)")
+
+
+def _add_obstacles(benchmarks: Any) -> None:
+    parser = _benchmark(
+        benchmarks, "obstacles", _obstacles, "first walls on displacements (paper 2.5)",
+        "10^5 short and long rays among octagons: kd-tree-domains by the surface area "
+        "heuristic and by the median, no tree, and shapely's STRtree and Embree (pip install "
+        "shapely embreex) if they are installed; and one moving octagon, with planes that "
+        "follow it or a new tree. Sizes are numbers of walls.",
+    )  # fmt: skip
+    parser.add_argument("--rounds", type=int, help="runs of each contender (default: 7)")
 
 
 def _benchmark(
@@ -216,6 +228,14 @@ def _aggregation(options: argparse.Namespace, report: Callable) -> dict[str, Any
         until=gatherings.QUICK if options.quick else None,
         report=report,
     )
+
+
+def _obstacles(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
+    from apmethod.bench.obstacles import RAYS, SIZES, study
+
+    sizes = options.sizes or (SIZES[:3] if options.quick else SIZES)
+    rounds = _chosen("rounds", options.rounds, 3 if options.quick else 7)
+    return study(sizes, rounds, RAYS // 5 if options.quick else RAYS, report=report)
 
 
 def _chosen(name: str, given: int | None, otherwise: int) -> int:

@@ -100,6 +100,17 @@ def draw_aggregation(results: dict[str, Any], path: Path) -> None:
     _save(figure, path)
 
 
+def draw_obstacles(results: dict[str, Any], path: Path) -> None:
+    """Rays a second against the number of walls, for short and for long rays."""
+    figure, axes = _panels(2)
+    for ax, length in zip(axes, ("short", "long"), strict=True):
+        rows = [row for row in results["rows"] if row["rays"] == length]
+        for name, ours in _groups(rows, "contender").items():
+            _line(ax, ours, "walls", "rays_per_second", name)
+        _label(ax, f"{length} rays", "walls", "rays a second", log=True)
+    _save(figure, path)
+
+
 def _panels(count: int) -> tuple[Figure, Sequence[Axes]]:
     figure = Figure(figsize=(5.2 * count, 4.2), layout="constrained")
     FigureCanvasAgg(figure)

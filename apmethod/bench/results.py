@@ -14,7 +14,7 @@ from typing import Any
 from apmethod import __version__
 from apmethod.compile import threads
 
-_PACKAGES = ("numpy", "numba", "scipy", "mesa", "freud-analysis")
+_PACKAGES = ("numpy", "numba", "scipy", "mesa", "freud-analysis", "shapely", "embreex")
 
 
 class Disagreement(RuntimeError):

@@ -16,7 +16,7 @@ def show(results: dict[str, Any], files: dict[str, str]) -> None:
     """Print a benchmark's tables, what was checked, where it ran, and its files."""
     makers = {
         "neighbours": _neighbours, "sums": _sums, "scale": _scale, "error": _error,
-        "aggregation": _aggregation,
+        "aggregation": _aggregation, "obstacles": _obstacles,
     }  # fmt: skip
     for title, head, rows in makers[results["benchmark"]](results):
         print_table(title, rows, head)
@@ -248,6 +248,40 @@ def _aggregation(results: dict[str, Any]) -> list[Table]:
             ("of", "contender", "agents", "ms", "times the first"),
             costs,
         ),
+    ]
+
+
+def _obstacles(results: dict[str, Any]) -> list[Table]:
+    head = ("walls", "rays", "contender", "ms", "least", "times ours", "skipped", "other hits")
+    rows = [
+        (
+            row["walls"],
+            row["rays"],
+            row["contender"],
+            _ms(row["median_seconds"]),
+            _ms(row["minimum_seconds"]),
+            _times(row["times_ours"]),
+            "-" if row["skipped"] is None else f"{row['skipped']:.1%}",
+            row["other_hits"],
+        )
+        for row in results["rows"]
+    ]
+    moving_head = ("walls", "follow, ms", "build, ms", "follow / build", "steps", "rebuilds")
+    moving = [
+        (
+            row["walls"],
+            _ms(row["follow_seconds"]),
+            _ms(row["build_seconds"]),
+            f"{row['follow_over_build']:.3f}",
+            row["steps"],
+            row["rebuilds"],
+        )
+        for row in results["moving"]
+    ]
+    count = results["settings"]["rays"]
+    return [
+        (f"first walls on {count} rays, medians; skipped: tried no wall", head, rows),
+        ("one moving octagon: planes that follow, or a new tree", moving_head, moving),
     ]
 
 

@@ -29,6 +29,7 @@ from apmethod.perceive.domain import Domain, bounce, place
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
+    from apmethod.move.obstacles.collection import Obstacles
 
 #: Error that a split flow is carried with, in smoothing lengths: to round-off, almost.
 CARRY_TOLERANCE = 1e-11
@@ -42,16 +43,23 @@ class Motion:
         domain: rules where displacements end.
         laws: what the velocity (or acceleration) is the sum of.
         integrator: how it is carried through time.
+        obstacles: what displacements meet, if there is anything.
 
     Raises:
         ValueError: for more than one flow where the integrator splits it off.
     """
 
     def __init__(
-        self, particles: Particles, domain: Domain, laws: Sequence[Law], integrator: Integrator
+        self,
+        particles: Particles,
+        domain: Domain,
+        laws: Sequence[Law],
+        integrator: Integrator,
+        obstacles: Obstacles | None = None,
     ):
         self.particles = particles
         self.domain = domain
+        self.obstacles = obstacles
         self.laws = tuple(laws)
         self.integrator = integrator
         flows = [law for law in self.laws if isinstance(law, Flow)]
@@ -80,6 +88,8 @@ class Motion:
             particles.declare("_displacement", Column(2, kept=False))
         if self.split_flow is not None:
             particles.declare("_carried", Column(2, kept=False, like="position"))
+        if obstacles is not None:
+            obstacles.attach(particles, domain)
         self._changes = -1
         self.stage: Stage | None = None
         self.now = Now(0.0, np.nan, np.nan)
@@ -105,14 +115,30 @@ class Motion:
             self.particles.array("_displacement")[:] = 0.0
         if self.split_flow is not None:
             self.turning = self.split_flow.turning(positions, time)
+        if self.obstacles is not None:
+            self.obstacles.begin(time, dt)
 
     def enter(self, stage: Stage, smoothing_length: float, own_w: float) -> None:
         """Begin a stage."""
         self.stage = stage
         self.now = Now(self.time + stage.at * self.dt, smoothing_length, own_w)
 
+    @property
+    def arrives(self) -> bool:
+        """Whether the stage leads where the step ends; otherwise to a trial place."""
+        if self.integrator is VERLET:
+            return not self.stage.interacts
+        return self.stage.moves
+
+    @property
+    def reflected(self) -> str:
+        """The column of velocities that walls reflect; scratch where agents keep none."""
+        return "velocity" if self.integrator.of == "acceleration" else "_rate"
+
     def arrived(self) -> None:
-        """Note that the agents that are there now have moved."""
+        """Note that the agents that are there now have moved; now the obstacles do."""
+        if self.obstacles is not None:
+            self.obstacles.sweep(self.reflected)
         self._changes = self.particles.changes
 
     def end(self) -> None:
@@ -162,7 +188,13 @@ class Motion:
             self.particles.array("position")[rows] = self.particles.array("_carried")[rows]
 
     def _place(self, rows: np.ndarray, in_python: bool) -> None:
-        """Let displacements end where the domain's borders allow."""
+        """Let displacements end where obstacles and the domain's borders allow."""
+        if self.obstacles is not None:
+            if self.integrator is not VERLET or not self.stage.interacts:
+                self.obstacles.carry(
+                    rows, self.reflected, trial=not self.arrives, in_python=in_python
+                )
+            return
         if self.domain.is_open:
             return
         if self.integrator.of == "acceleration":

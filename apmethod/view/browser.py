@@ -99,6 +99,10 @@ def agents_view(column: str = "mass") -> View:
 
     def draw(model: ParticleModel) -> Figure:
         figure, (ax,), bar = _panels(f"agents, by {column}")
+        if model.obstacles is not None:
+            from apmethod.view.obstacles import draw_obstacles
+
+            draw_obstacles(ax, model.obstacles)
         area = 20_000.0 / max(len(model.particles), 1)
         dots = ax.scatter(
             *model.particles.position.T,
@@ -109,6 +113,22 @@ def agents_view(column: str = "mass") -> View:
         x_min, x_max, y_min, y_max = _frame(model)
         ax.set(xlim=(x_min, x_max), ylim=(y_min, y_max), aspect="equal")
         figure.colorbar(dots, cax=bar, ticks=_few_ticks())
+        return figure
+
+    return figure_view(draw)
+
+
+def domains_view() -> View:
+    """A view of the obstacles and their kd-tree-domains (the paper's Figures 5 and 6)."""
+    from apmethod.view.obstacles import draw_domains, draw_obstacles
+
+    def draw(model: ParticleModel) -> Figure:
+        figure, (ax,), bar = _panels("kd-tree-domains; empty ones tinted")
+        bar.remove()
+        box = _frame(model)
+        draw_domains(ax, model.obstacles, box)
+        draw_obstacles(ax, model.obstacles)
+        ax.set(xlim=box[:2], ylim=box[2:], aspect="equal")
         return figure
 
     return figure_view(draw)

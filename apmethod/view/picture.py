@@ -84,9 +84,22 @@ def _draw_agents(figure: Figure, run: Run) -> None:
     axes = figure.subplots(1, 2, sharex=True, sharey=True)
     position = run.model.particles.position
     for ax, name, places in zip(axes, ("start", "end"), (run.start, position), strict=True):
+        if run.model.obstacles is not None:
+            _draw_surroundings(ax, run.model, at_end=name == "end")
         draw_agents(ax, places)
         ax.set_aspect("equal")
         ax.set_title(name)
+
+
+def _draw_surroundings(ax: Axes, model: ParticleModel, at_end: bool) -> None:
+    """Obstacles, and at the end the moving ones and the kd-tree-domains too."""
+    from apmethod.view.obstacles import draw_domains, draw_obstacles
+
+    box = getattr(model, "box", None) or model.space.bounds
+    if at_end:
+        draw_domains(ax, model.obstacles, box)
+    draw_obstacles(ax, model.obstacles, moving=at_end)
+    ax.set(xlim=box[:2], ylim=box[2:])
 
 
 def draw_agents(ax: Axes, positions: np.ndarray) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from apmethod.bench import aggregation, dispersion, gatherings, neighbours, sums
+from apmethod.bench import aggregation, dispersion, gatherings, neighbours, obstacles, sums
 from apmethod.bench.cloud import Cloud, core_radius_for
 from apmethod.bench.mesa_spaces import SPACES
 from apmethod.bench.population import candidates, exchange, population, put, take
@@ -32,6 +32,27 @@ def bench(capsys, tmp_path, name, *arguments):
     written = json.loads((tmp_path / f"{name}.json").read_text())
     assert written["rows"] == results["rows"]
     return results
+
+
+def test_obstacles(capsys, tmp_path):
+    arguments = ["--quick", "--sizes", "80,400", "--rounds", "1"]
+    results = bench(capsys, tmp_path, "obstacles", *arguments)
+    ours = [row for row in results["rows"] if row["contender"] == "surface area"]
+    assert {(row["walls"], row["rays"]) for row in ours} == {
+        (size, length) for size in (80, 400) for length in ("short", "long")
+    }
+    for row in ours:
+        assert row["other_hits"] == 0
+        assert row["skipped"] > (0.5 if row["rays"] == "short" else 0.0)
+    assert len(results["moving"]) == 2
+
+
+def test_a_peer_that_finds_other_walls_is_refused(monkeypatch):
+    monkeypatch.setattr(
+        obstacles, "shapely_finder", lambda walls: lambda starts, ends: np.zeros(len(starts))
+    )
+    with pytest.raises(Disagreement, match=r"shapely STRtree: .* other first walls"):
+        obstacles.study([80], rounds=1, count=500)
 
 
 def test_neighbours(capsys, tmp_path):

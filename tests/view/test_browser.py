@@ -25,8 +25,8 @@ from apmethod import AgentParticle, FieldModel, ParticleModel, load_scene
 from apmethod.view import browser
 
 ROOT = Path(__file__).parents[2]
-FIELDS = ("rotating_hill", "diffusion")
 ANIMALS = ("aggregation", "aggregation_perception", "group_strategies")
+CHOICES = ("rotating_hill", "diffusion", "obstacles", "moving_obstacle", "harbour")
 
 
 def app_of(scene):
@@ -77,7 +77,7 @@ def render():
         page.context.close()
 
 
-@pytest.mark.parametrize("scene", FIELDS + ANIMALS)
+@pytest.mark.parametrize("scene", CHOICES + ANIMALS)
 def test_step_moves_the_model_on_and_reset_brings_the_same_one_back(render, scene):
     page = render(app_of(scene)["page"])
     start = page.images()
@@ -93,14 +93,16 @@ def test_step_moves_the_model_on_and_reset_brings_the_same_one_back(render, scen
     assert page.images() == start
 
 
-@pytest.mark.parametrize("scene", FIELDS)
+@pytest.mark.parametrize("scene", CHOICES)
 def test_every_choice_on_the_page_makes_a_sound_model(scene):
     model_params = app_of(scene)["model_params"]
     largest = {name: p.max for name, p in model_params.items() if isinstance(p, Slider)}
     fixed = {"dt": model_params["dt"]} if "dt" in model_params else {}
-    for accuracy in model_params["accuracy"]["values"]:
-        model = load_scene(scene)(accuracy=accuracy, **largest, **fixed)
-        assert model.dt <= model.largest_dt()
+    selects = {name: p["values"] for name, p in model_params.items() if isinstance(p, dict)}
+    for chosen in product(*selects.values()):
+        choice = dict(zip(selects, chosen, strict=True))
+        model = load_scene(scene)(**choice, **largest, **fixed)
+        assert model.next_dt() <= model.largest_dt()
 
 
 @pytest.mark.parametrize("scene", ANIMALS)

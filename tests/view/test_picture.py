@@ -9,6 +9,7 @@ from apmethod.run.runner import run
 from apmethod.scenes.aggregation import Aggregation
 from apmethod.scenes.diffusion import DensityDiffusion
 from apmethod.view.animals import draw_animals
+from apmethod.scenes.moving_obstacle import MovingObstacle
 from apmethod.view.picture import draw_run
 
 
@@ -23,7 +24,14 @@ def dots():
 
 
 @pytest.mark.parametrize(
-    "make", [unsolved, dots, lambda: DensityDiffusion(100), lambda: Aggregation(100)]
+    "make",
+    [
+        unsolved,
+        dots,
+        lambda: DensityDiffusion(100),
+        lambda: Aggregation(100),
+        lambda: MovingObstacle(50, rng=1),
+    ],
 )
 def test_every_kind_of_run_is_drawn(make, tmp_path):
     result = run(make(), steps=2)

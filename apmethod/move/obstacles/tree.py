@@ -1,0 +1,307 @@
+"""The kd-tree over walls, and its leaves, the kd-tree-domains (paper 2.5.2, 2.5.3).
+
+Planes are chosen by the surface area heuristic (eq 2.4).  Cutting a domain D into S and T
+with n_S and n_T walls costs
+
+    K_t + K_i (n_S SA(S) / SA(D) + n_T SA(T) / SA(D))
+
+where SA, the surface area, is in the plane half the circumference, to which the chance of
+a line crossing D to cross S is proportional.  The plane costs less if it cuts off an empty
+domain, so that empty domains become as large as they can.  All planes that touch a wall's
+bounds are tried, in O(N log N): bounds are sorted once, and their order is handed down
+(Wald and Havran 2006).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from apmethod.move.obstacles.borrowing import borrowing, called, exact
+
+#: How planes are chosen: by eq 2.4, halfway ("horizontal or vertical" in turn), or not at all.
+RULES = {"surface_area": 0, "median": 1, "none": 2}
+
+LEAF = 2  #: where a domain's axis would be, if it has been cut no further
+
+
+class Tree(NamedTuple):
+    """Domains by number; 0 is the plane, a father comes before his sons.
+
+    A side is the place of its limit in ``limits``: 0 west, 1 south, 2 east, 3 north.
+    """
+
+    axis: np.ndarray  #: (domains,) axis that the domain is cut across, or `LEAF`
+    plane: np.ndarray  #: (domains,) where
+    sons: np.ndarray  #: (domains, 2) below and above the plane
+    father: np.ndarray  #: (domains,) or -1
+    limits: np.ndarray  #: (domains, 4) lower x and y, upper x and y
+    beyond: np.ndarray  #: (domains, 4) the domain on each side, of which a leaf is next; or -1
+    owner: np.ndarray  #: (domains,) the wall whose bounds the plane touches, or -1
+    owner_side: np.ndarray  #: (domains,) which of its four bounds
+    first: np.ndarray  #: (domains,) a leaf's walls are listed[first:last]
+    last: np.ndarray
+    listed: np.ndarray
+
+
+class Rules(NamedTuple):
+    """What a tree is built by.
+
+    Attributes:
+        rule: one of `RULES`.
+        cut_cost: K_t, the cost of passing a plane, in tests of a wall.
+        favour: what a cut that leaves one side empty may save, as a share of its cost.
+        threshold: a domain whose surface area is below this share of the mean of its
+            walls' is cut no further.
+    """
+
+    rule: int = RULES["surface_area"]
+    cut_cost: float = 1.0
+    favour: float = 0.5
+    threshold: float = 0.1
+
+
+# -- where walls are -------------------------------------------------------------------
+
+
+@exact
+def touches(limits, domain, walls, bounds, whole, wall):
+    """Whether a wall is in a domain: its bounds are, and the domain is not all beside it."""
+    x_low, x_high = max(limits[domain, 0], bounds[wall, 0]), min(limits[domain, 2], bounds[wall, 2])
+    y_low, y_high = max(limits[domain, 1], bounds[wall, 1]), min(limits[domain, 3], bounds[wall, 3])
+    if x_low > x_high or y_low > y_high:
+        return False
+    if whole[wall]:
+        return True
+    ax, ay, bx, by = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
+    # The bounds are wider than the wall by a margin, and the domain is taken so much wider.
+    margin = min(ax, bx) - bounds[wall, 0]
+    across, along = by - ay, bx - ax  # a normal is (across, -along)
+    middle = across * (0.5 * (x_low + x_high) - ax) - along * (0.5 * (y_low + y_high) - ay)
+    x_reach, y_reach = 0.5 * (x_high - x_low) + margin, 0.5 * (y_high - y_low) + margin
+    return abs(middle) <= abs(across) * x_reach + abs(along) * y_reach
+
+
+# -- building --------------------------------------------------------------------------
+
+
+@called
+def best_plane(tree, domain, lists, first, count, bounds, rules):
+    """The cheapest plane of a domain.
+
+    Returns:
+        (cost, axis, plane, owner, side of the owner); the axis is `LEAF` without a plane.
+    """
+    width = tree.limits[domain, 2] - tree.limits[domain, 0]
+    height = tree.limits[domain, 3] - tree.limits[domain, 1]
+    best, best_axis, best_plane_at, best_owner, best_side = np.inf, LEAF, 0.0, -1, 0
+    for axis in range(2):
+        low, high = tree.limits[domain, axis], tree.limits[domain, axis + 2]
+        other = height if axis == 0 else width
+        i, j = 0, 0
+        while i < count or j < count:
+            lower = bounds[lists[axis, first + i], axis] if i < count else np.inf
+            upper = bounds[lists[axis + 2, first + j], axis + 2]
+            # Walls below the plane are those that begin before it, above those that end after.
+            if lower <= upper:
+                plane, owner, side = lower, lists[axis, first + i], axis
+                below, above = i, count - j
+                i += 1
+            else:
+                plane, owner, side = upper, lists[axis + 2, first + j], axis + 2
+                j += 1
+                below, above = i, count - j
+            if plane <= low or plane >= high:
+                continue
+            chance_below = (plane - low + other) / (width + height)
+            chance_above = (high - plane + other) / (width + height)
+            cost = rules.cut_cost + chance_below * below + chance_above * above
+            if below == 0 or above == 0:
+                cost *= 1.0 - rules.favour
+            if cost < best:
+                best, best_axis, best_plane_at = cost, axis, plane
+                best_owner, best_side = owner, side
+    return best, best_axis, best_plane_at, best_owner, best_side
+
+
+@called
+def chosen_plane(tree, domain, lists, first, count, depth, most_depth, bounds, rules):
+    """The plane to cut a domain at: (axis, plane, owner, side); the axis is `LEAF` for none."""
+    if count == 0 or depth >= most_depth or rules.rule == 2:
+        return LEAF, 0.0, -1, 0
+    if rules.rule == 1:
+        if count <= 4:
+            return LEAF, 0.0, -1, 0
+        axis = depth % 2
+        return axis, 0.5 * (tree.limits[domain, axis] + tree.limits[domain, axis + 2]), -1, 0
+    size, walls_size = 0.0, 0.0
+    for axis in range(2):
+        size += tree.limits[domain, axis + 2] - tree.limits[domain, axis]
+        for k in range(first, first + count):
+            wall = lists[0, k]
+            walls_size += bounds[wall, axis + 2] - bounds[wall, axis]
+    if size * count < rules.threshold * walls_size:
+        return LEAF, 0.0, -1, 0
+    cost, axis, plane, owner, side = best_plane(tree, domain, lists, first, count, bounds, rules)
+    if cost >= count:
+        return LEAF, 0.0, -1, 0
+    return axis, plane, owner, side
+
+
+@borrowing
+def build(tree, walls, bounds, whole, root, rules, lists, waiting, goes):
+    """Fill in a `Tree` of enough room, without ``beyond``.
+
+    Args:
+        tree: arrays to be filled in.
+        walls: (n, 4) ends of the walls, ax, ay, bx, by.
+        bounds: (n, 4) boxes that hold them with a margin, and for a moving wall the way
+            it goes in a step.
+        whole: (n,) whether a wall takes up all of its bounds, as a moving one does.
+        root: (4,) box in which areas count; the domains at its sides have no limit there.
+        rules: see `Rules`.
+        lists: (8, room) begins with the walls sorted by each of their four bounds.
+        waiting: (room, 4) scratch.
+        goes: (n,) scratch.
+
+    Returns:
+        (domains, walls listed); no domains if there was no room.
+    """
+    n = len(walls)
+    most_depth = 8 + int(2.6 * np.log2(n + 1.0))
+    tree.father[0] = -1
+    for side in range(4):
+        tree.limits[0, side] = root[side]
+    domains, listed, left = 1, 0, 1
+    # The four orders of the walls for each waiting domain, one domain behind the other.
+    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, 0, n, 0
+    while left > 0:
+        left -= 1
+        domain, first, count, depth = waiting[left]
+        tree.sons[domain, 0], tree.sons[domain, 1] = -1, -1
+        axis, plane, owner, side = chosen_plane(
+            tree, domain, lists, first, count, depth, most_depth, bounds, rules
+        )
+        tree.axis[domain], tree.plane[domain] = axis, plane
+        tree.owner[domain], tree.owner_side[domain] = owner, side
+        tree.first[domain], tree.last[domain] = listed, listed
+        if axis == LEAF:
+            if listed + count > len(tree.listed):
+                return 0, 0
+            for k in range(first, first + count):
+                tree.listed[listed] = lists[0, k]
+                listed += 1
+            tree.last[domain] = listed
+            continue
+        if domains + 2 > len(tree.axis) or first + 2 * count > lists.shape[1]:
+            return 0, 0
+        for son in range(2):
+            tree.sons[domain, son] = domains + son
+            tree.father[domains + son] = domain
+            for side in range(4):
+                tree.limits[domains + son, side] = tree.limits[domain, side]
+        tree.limits[domains, axis + 2] = plane
+        tree.limits[domains + 1, axis] = plane
+        below, above = hand_down(
+            tree, domains, axis, walls, bounds, whole, lists, first, count, goes
+        )
+        for son in range(2):
+            waiting[left, 0], waiting[left, 3] = domains + son, depth + 1
+            waiting[left, 1] = first if son == 0 else first + below
+            waiting[left, 2] = below if son == 0 else above
+            left += 1
+        domains += 2
+    for domain in range(domains):
+        for side in range(4):
+            if tree.limits[domain, side] == root[side]:
+                tree.limits[domain, side] = -np.inf if side < 2 else np.inf
+    return domains, listed
+
+
+@called
+def hand_down(tree, sons, axis, walls, bounds, whole, lists, first, count, goes):
+    """Give each of two sons the walls it has, in the four orders; how many each has got."""
+    plane = tree.limits[sons, axis + 2]
+    below, above = 0, 0
+    for k in range(first, first + count):
+        wall = lists[0, k]
+        goes[wall] = 0
+        if bounds[wall, axis] < plane and touches(tree.limits, sons, walls, bounds, whole, wall):
+            goes[wall] += 1
+            below += 1
+        if bounds[wall, axis + 2] > plane and touches(
+            tree.limits, sons + 1, walls, bounds, whole, wall
+        ):
+            goes[wall] += 2
+            above += 1
+    for order in range(4):
+        for k in range(first, first + count):
+            lists[order + 4, k] = lists[order, k]
+        to_below, to_above = first, first + below
+        for k in range(first, first + count):
+            wall = lists[order + 4, k]
+            if goes[wall] & 1:
+                lists[order, to_below] = wall
+                to_below += 1
+            if goes[wall] & 2:
+                lists[order, to_above] = wall
+                to_above += 1
+    return below, above
+
+
+@borrowing
+def beyond_sides(tree):
+    """Find for each domain and side the largest domain beyond that touches all of the side.
+
+    It is a brother, a father's brother, a grandfather's, or a descendant of theirs whose
+    father is cut along the side.  Planes that move do not change it.
+    """
+    for side in range(4):
+        tree.beyond[0, side] = -1
+    for domain in range(len(tree.axis)):
+        axis = tree.axis[domain]
+        if axis == LEAF:
+            continue
+        low, high = tree.sons[domain, 0], tree.sons[domain, 1]
+        for side in range(4):
+            tree.beyond[low, side] = tree.beyond[domain, side]
+            tree.beyond[high, side] = tree.beyond[domain, side]
+        tree.beyond[low, axis + 2] = high
+        tree.beyond[high, axis] = low
+    for domain in range(len(tree.axis)):
+        for side in range(4):
+            other = tree.beyond[domain, side]
+            while other >= 0 and tree.axis[other] == side % 2:
+                other = tree.sons[other, 0 if side >= 2 else 1]
+            tree.beyond[domain, side] = other
+
+
+def build_tree(
+    walls: np.ndarray, bounds: np.ndarray, whole: np.ndarray, root: np.ndarray, rules: Rules
+) -> Tree:
+    """The tree over some walls; the arguments are those of `build`."""
+    n = len(walls)
+    room = 8 * n + 64
+    goes, sorted_walls = np.empty(n, np.int8), np.argsort(bounds, axis=0, kind="stable").T
+    while True:
+        tree = _empty_tree(room)
+        lists = np.empty((8, room), np.int32)
+        lists[:4, :n] = sorted_walls
+        waiting = np.empty((room, 4), np.int32)
+        domains, listed = build(tree, walls, bounds, whole, root, rules, lists, waiting, goes)
+        if domains:
+            break
+        room *= 2
+    tree = Tree(*(array[:domains].copy() for array in tree[:-1]), tree.listed[:listed].copy())
+    beyond_sides(tree)
+    return tree
+
+
+def _empty_tree(room: int) -> Tree:
+    def numbers(*shape):
+        return np.empty(shape, np.int32)
+
+    axis, side = np.empty(room, np.int8), np.empty(room, np.int8)
+    return Tree(
+        axis, np.empty(room), numbers(room, 2), numbers(room), np.empty((room, 4)),
+        numbers(room, 4), numbers(room), side, numbers(room), numbers(room), numbers(room),
+    )  # fmt: skip
