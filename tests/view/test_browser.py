@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from contextlib import contextmanager, suppress
+from itertools import product
 from pathlib import Path
 from time import sleep
 

@@ -8,8 +8,8 @@ from apmethod import AgentParticle, FieldModel, ParticleModel, Trajectories
 from apmethod.run.runner import run
 from apmethod.scenes.aggregation import Aggregation
 from apmethod.scenes.diffusion import DensityDiffusion
-from apmethod.view.animals import draw_animals
 from apmethod.scenes.moving_obstacle import MovingObstacle
+from apmethod.view.animals import draw_animals
 from apmethod.view.picture import draw_run
 
 
