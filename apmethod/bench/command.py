@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -145,8 +146,8 @@ def _measured(name: str, command: Callable) -> Callable[[argparse.Namespace], in
     """A command that measures, writes the files, and prints tables or JSON."""
 
     def run(options: argparse.Namespace) -> int:
-        from apmethod.bench import plots, tables
         from apmethod.bench.results import write_table
+        from apmethod.bench.tables import show
         from apmethod.compile import set_threads
         from apmethod.run.report import print_json
         from apmethod.view.progress import progress_bar
@@ -163,22 +164,23 @@ def _measured(name: str, command: Callable) -> Callable[[argparse.Namespace], in
             return 1
         except KeyboardInterrupt:
             return 130
+        shown = import_module(f"apmethod.bench.{name}.report")
         folder = options.out or Path("out") / f"bench_{name}"
         files = write_table(folder, name, results)
         files["plot"] = str(folder / f"{name}.png")
-        getattr(plots, f"draw_{name}")(results, Path(files["plot"]))
+        shown.draw(results, Path(files["plot"]))
         if options.json:
             print_json(results | {"files": files})
         else:
-            tables.show(results, files)
+            show(results, shown.tables(results), files)
         return 0
 
     return run
 
 
 def _neighbours(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench.against_mesa import against_mesa
-    from apmethod.bench.neighbours import SIZES, study
+    from apmethod.bench.neighbours.against_mesa import against_mesa
+    from apmethod.bench.neighbours.study import SIZES, study
 
     sizes = options.sizes or (SIZES[:3] if options.quick else SIZES)
     steps = _chosen("steps", options.steps, 3 if options.quick else 20)
@@ -189,7 +191,7 @@ def _neighbours(options: argparse.Namespace, report: Callable) -> dict[str, Any]
 
 
 def _sums(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench.sums import SIZES, study
+    from apmethod.bench.sums.study import SIZES, study
 
     sizes = options.sizes or (SIZES[:2] if options.quick else SIZES)
     rounds = _chosen("rounds", options.rounds, 3 if options.quick else 7)
@@ -197,7 +199,7 @@ def _sums(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
 
 
 def _scale(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench.scale import SIZES, study
+    from apmethod.bench.scale.study import SIZES, study
 
     sizes = options.sizes or (SIZES[:2] if options.quick else SIZES)
     if options.largest is not None:
@@ -218,9 +220,10 @@ def _error(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
 
 
 def _aggregation(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench import aggregation, gatherings
+    from apmethod.bench.aggregation import gatherings
+    from apmethod.bench.aggregation.study import study
 
-    return aggregation.study(
+    return study(
         options.out or Path("out") / "bench_aggregation",
         _chosen("seeds", options.seeds, 2 if options.quick else 20),
         (options.sizes or [10_000 if options.quick else 100_000])[-1],
@@ -231,7 +234,7 @@ def _aggregation(options: argparse.Namespace, report: Callable) -> dict[str, Any
 
 
 def _obstacles(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench.obstacles import RAYS, SIZES, study
+    from apmethod.bench.obstacles.study import RAYS, SIZES, study
 
     sizes = options.sizes or (SIZES[:3] if options.quick else SIZES)
     rounds = _chosen("rounds", options.rounds, 3 if options.quick else 7)

@@ -8,12 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from apmethod.bench import aggregation, dispersion, gatherings, neighbours, obstacles, sums
+from apmethod.bench.aggregation import dispersion, gatherings
+from apmethod.bench.aggregation import study as aggregation
 from apmethod.bench.cloud import Cloud, core_radius_for
 from apmethod.bench.mesa_spaces import SPACES
+from apmethod.bench.neighbours import study as neighbours
+from apmethod.bench.obstacles import study as obstacles
 from apmethod.bench.population import candidates, exchange, population, put, take
-from apmethod.bench.pysph_peer import PySPH
 from apmethod.bench.results import Disagreement
+from apmethod.bench.sums import study as sums
+from apmethod.bench.sums.pysph_peer import PySPH
 from apmethod.bench.timing import Progress, alternate
 from apmethod.run.main import main
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from apmethod.bench import animal_costs, dispersion, gatherings
+from apmethod.bench.aggregation import costs, dispersion, gatherings
 from apmethod.bench.results import machine
 from apmethod.bench.timing import Report
 
@@ -45,9 +45,9 @@ def study(
         "waves": dispersion.waves(dispersion.WAVES, dispersion.ALONG),
         "threshold": dispersion.threshold(along=dispersion.ALONG),
         "costs": {
-            "a step": animal_costs.steps(size, rounds),
-            "leaders": animal_costs.leaders(*_LEADERS, rounds),
-            "groups": animal_costs.groups(size, rounds),
+            "a step": costs.steps(size, rounds),
+            "leaders": costs.leaders(*_LEADERS, rounds),
+            "groups": costs.groups(size, rounds),
         },
         "rows": [],
         "compared": [],

@@ -17,11 +17,11 @@ import numpy as np
 
 from apmethod import KERNELS, brute_force_pairs
 from apmethod.bench.cloud import Cloud, core_radius_for
-from apmethod.bench.peers import Ours, installed_searches
 from apmethod.bench.population import candidates, population
-from apmethod.bench.pysph_peer import PySPH
 from apmethod.bench.results import Disagreement, machine
-from apmethod.bench.roofline import roofline
+from apmethod.bench.sums.peers import Ours, installed_searches
+from apmethod.bench.sums.pysph_peer import PySPH
+from apmethod.bench.sums.roofline import roofline
 from apmethod.bench.timing import Progress, Report, Times, alternate
 from apmethod.compile import set_threads, threads
 from apmethod.contribute.terms import density, density_gradient

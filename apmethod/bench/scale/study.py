@@ -76,13 +76,13 @@ def first_steps() -> list[dict[str, Any]]:
 
 
 def worker(*arguments: object, variables: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """What a fresh process of `apmethod.bench.scale_worker` measures.
+    """What a fresh process of `apmethod.bench.scale.worker` measures.
 
     Raises:
         RuntimeError: if it fails; its last words are quoted.
     """
     run = subprocess.run(
-        [sys.executable, "-m", "apmethod.bench.scale_worker", *map(str, arguments)],
+        [sys.executable, "-m", "apmethod.bench.scale.worker", *map(str, arguments)],
         capture_output=True,
         text=True,
         env=os.environ | {"APMETHOD_THREADS": str(threads())} | dict(variables or {}),

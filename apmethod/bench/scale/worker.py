@@ -1,8 +1,8 @@
 """One fresh process of ``apmethod bench scale``, whose memory is nobody else's.
 
-    python -m apmethod.bench.scale_worker mesa AGENTS            bare Mesa agents
-    python -m apmethod.bench.scale_worker scene AGENTS STEPS     the rotating hill
-    python -m apmethod.bench.scale_worker first AGENTS           its first steps, from nothing
+    python -m apmethod.bench.scale.worker mesa AGENTS            bare Mesa agents
+    python -m apmethod.bench.scale.worker scene AGENTS STEPS     the rotating hill
+    python -m apmethod.bench.scale.worker first AGENTS           its first steps, from nothing
 
 Prints what it measured as JSON.
 """

@@ -9,7 +9,7 @@ import numpy as np
 
 from apmethod.bench.cloud import Cloud, core_radius_for
 from apmethod.bench.mesa_spaces import SPACES, WHOLE
-from apmethod.bench.neighbours import DOMAIN, near
+from apmethod.bench.neighbours.study import DOMAIN, near
 from apmethod.bench.population import exchange, pairs, population
 from apmethod.bench.results import Disagreement
 from apmethod.bench.timing import alternate, stopwatch

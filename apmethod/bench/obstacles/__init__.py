@@ -1,0 +1,1 @@
+"""First walls on displacements against the peers that are installed."""

@@ -1,0 +1,1 @@
+"""Cost and memory of an agent as they become many."""

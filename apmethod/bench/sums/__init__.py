@@ -1,0 +1,1 @@
+"""Search and sums against the peers that are installed."""
