@@ -35,7 +35,7 @@ _HOMES = {
         "square",
     ),
     "apmethod.particles": ("Column", "Particles"),
-    "apmethod.perceive.core_radius": ("FollowDensity",),
+    "apmethod.perceive.core_radius": ("FollowDensity", "KeepNeighbours", "RadiusRule"),
     "apmethod.perceive.domain": ("Bounded", "Domain", "Mirrored", "Open", "Periodic"),
     "apmethod.perceive.lattice": ("QuadLattice",),
     "apmethod.perceive.pairs": ("brute_force_pairs", "neighbour_pairs"),

@@ -60,6 +60,8 @@ class AgentParticle(mesa.Agent):
 
     position = Position(2, unit="length")
     mass = Column(start=1.0, unit="mass", minimum=0.0)
+    #: There in scenes that give each agent its own, as `KeepNeighbours` does.
+    core_radius = Column(kept=False, unit="length", minimum=0.0)
 
     _row: int | None = None
 

@@ -42,7 +42,7 @@ def _exchange(model: ParticleModel) -> Iterator[tuple[str, str]]:
     yield (
         "perceive",
         f"agents sorted into sub-domains (level p = {model.space.level}), core radius "
-        f"{model.space.core_radius:.4g}{who}",
+        f"{_core_radius(model)}{who}",
     )
     for number, terms in enumerate(model.bus.rounds, 1):
         names = ", ".join(f"{term.name} ({term.parity})" for term in terms)
@@ -52,6 +52,11 @@ def _exchange(model: ParticleModel) -> Iterator[tuple[str, str]]:
     if not model.bus.rounds:
         for phase in ("contribute", "message"):
             yield phase, "skipped: there is no term"
+
+
+def _core_radius(model: ParticleModel) -> str:
+    smallest, largest = model.space.smallest_radius, model.space.core_radius
+    return f"{largest:.4g}" if smallest == largest else f"{smallest:.4g} to {largest:.4g}"
 
 
 def _move(model: ParticleModel) -> str:

@@ -20,7 +20,7 @@ from apmethod.move.integrate import Integrator, Stage, integrator_named
 from apmethod.move.law import Law
 from apmethod.move.motion import Motion
 from apmethod.particles import Particles
-from apmethod.perceive.core_radius import FollowDensity
+from apmethod.perceive.core_radius import RadiusRule
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.lattice import QuadLattice
 from apmethod.procedure import Procedure
@@ -53,7 +53,7 @@ class ParticleModel(mesa.Model):
         radius_rule: makes the core radius follow something; None keeps it.
         skills: what the agents can do besides, such as `SignalField`.
         obstacles: what agents cannot pass, an `Obstacles` or a list of them.
-        level: p of the quad-lattice, 4^p sub-domains a cell.
+        level: p of the quad-lattice, 4^p sub-domains a cell; None takes the quicker of 0, 1.
         evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
         tier: "compiled", or "agents" to run every step agent by agent in Python.
         rng: seed of the model's random streams; an integer gives the same on all versions.
@@ -85,10 +85,10 @@ class ParticleModel(mesa.Model):
         terms: Sequence[Term] = (),
         integrator: str | Integrator = "euler",
         dt: float | None = None,
-        radius_rule: FollowDensity | None = None,
+        radius_rule: RadiusRule | None = None,
         skills: Sequence[Skill] = (),
         obstacles: Obstacles | Sequence[Obstacle] | None = None,
-        level: int = 1,
+        level: int | None = None,
         evaluation: str = "auto",
         tier: str = "compiled",
         rng: int | None = None,
@@ -98,6 +98,8 @@ class ParticleModel(mesa.Model):
         self.elapsed = 0.0
         self.kernel = kernel_named(kernel)
         self.particles = Particles()
+        if level is None and tier == "agents":
+            level = 1  # agents in Python gain by each candidate less
         self.space = QuadLattice(self.particles, core_radius, domain, level)
         for cls in classes:
             self.particles.declare_class(cls)
@@ -107,21 +109,19 @@ class ParticleModel(mesa.Model):
             skill.attach(self)
         for law in laws:
             law.check(self.kernel)
-        self._own_w = float(self.kernel.w(0.0, 1.0))
         self.obstacles = None if obstacles is None else _collected(obstacles)
         self.motion = Motion(
-            self.particles, self.space.domain, laws, integrator_named(integrator), self.obstacles
-        )
+            self.particles, self.space.domain, laws, integrator_named(integrator), self.obstacles,
+            self.kernel,
+        )  # fmt: skip
         wanted = _unique(
             [*(t for law in laws for t in law.terms), *terms, *_declared_terms(classes)]
         )
-        self.bus = MessageBus(self.particles, self.space, self.kernel, wanted, evaluation)
         self.radius_rule = radius_rule
-        if radius_rule is not None and "density" not in self.particles:
-            raise ValueError(
-                f"radius_rule is {radius_rule!r}, and nothing delivers a density; give a law "
-                "that exchanges one, such as Diffusion"
-            )
+        if radius_rule is not None:
+            wanted = _unique([*wanted, *radius_rule.terms])
+            radius_rule.attach(self.space, self.particles, [term.name for term in wanted])
+        self.bus = MessageBus(self.particles, self.space, self.kernel, wanted, evaluation)
         self.procedure = Procedure(self, tier)
         self._check_dt()
 
@@ -145,8 +145,7 @@ class ParticleModel(mesa.Model):
             self.motion.begin(self.elapsed, dt)
             self.procedure.take_turns("begin", dt)
             for stage in self.motion.stages():
-                h = self.bus.smoothing_length
-                self.motion.enter(stage, h, self._own_w / h**2)
+                self.motion.enter(stage, self.bus.smoothing_length)
                 if stage.interacts:
                     self.perceive()
                     self.procedure.take_turns("perceived")
@@ -199,7 +198,7 @@ class ParticleModel(mesa.Model):
     def largest_dt(self) -> float:
         """The largest stable time step now, infinite where nothing limits it."""
         reach = self.motion.integrator.reach
-        h = self.bus.smoothing_length
+        h = self.space.smallest_radius / self.kernel.support
         limits = (law.largest_step(self.kernel, h, reach) for law in self.motion.laws)
         return min(limits, default=np.inf)
 

@@ -109,7 +109,7 @@ class Procedure:
             self._split_cells = None
             if self._agents and len(self._rows):
                 positions = self.model.particles.array("position")[self._rows]
-                self._split_cells = space.sorted(positions)
+                self._split_cells = space.sorted(positions, self._rows)
             for agent in self._agents:
                 agent.perceive()
 

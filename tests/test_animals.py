@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apmethod import Animal, AnimalModel, explain, load_scene
-from apmethod.bench import gatherings
+from apmethod.bench.aggregation import gatherings
 
 
 def test_a_run_keeps_the_animals_and_names_its_skills():

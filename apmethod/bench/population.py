@@ -17,7 +17,7 @@ def population(
     terms: list[Term],
     *,
     domain: Domain | None = None,
-    level: int = 1,
+    level: int | None = None,
 ) -> ParticleModel:
     """Agents of equal mass, together 1, that exchange terms by the cubic B-spline."""
     model = ParticleModel(

@@ -83,7 +83,7 @@ class FieldModel(ParticleModel):
         smooth: float | None = None,
         follow_density: bool = True,
         dt: float | None = None,
-        level: int = 1,
+        level: int | None = None,
         evaluation: str = "auto",
         tier: str = "compiled",
         domain: Domain | None = None,

@@ -38,7 +38,8 @@ class MessageBus:
         terms: what is exchanged, in any order.  A term that reads what another one
             delivers is exchanged in a later round.
         evaluation: how compiled sums are taken, "gathered", "scattered" or "stored"; "auto"
-            takes the quickest one, `BEST_EVALUATION`.
+            takes the quickest one, `BEST_EVALUATION`, or "gathered" for agents that have core
+            radii of their own.
 
     Raises:
         ValueError: for an unknown evaluation, or a term that does not hold its parity,
@@ -66,13 +67,20 @@ class MessageBus:
             raise ValueError(f"evaluation is {evaluation!r}; it must be 'auto', {choice}")
         #: How compiled sums are taken.
         self.evaluation = BEST_EVALUATION if evaluation == "auto" else evaluation
+        if space.own_radii and self.evaluation == "scattered":
+            if evaluation != "auto":
+                raise ValueError(
+                    "evaluation is 'scattered', which takes one core radius for all, and agents "
+                    "have their own; use 'gathered' or 'stored'"
+                )
+            self.evaluation = "gathered"
         self._passes = [RoundPass(each, kernel, particles, self.evaluation) for each in self.rounds]
         self._lists: tuple[SortedCells | None, NeighbourLists | None] = (None, None)
         self.close()
 
     @property
     def smoothing_length(self) -> float:
-        """h of the kernel: the core radius over the kernel's support."""
+        """h of the kernel: the (largest) core radius over the kernel's support."""
         return self.space.core_radius / self.kernel.support
 
     # -- one round ---------------------------------------------------------------------
@@ -125,7 +133,7 @@ class MessageBus:
     def exchange(self, agent: AgentParticle, other: AgentParticle) -> tuple[Message, Message]:
         """Compute a pair once: what ``agent`` gets from ``other``, and the other's half."""
         dx, dy = self.space.displacement(agent, other)
-        pair = self._pair(dx, dy, self.smoothing_length)
+        pair = self._pair(dx, dy, self.space.radius_between(agent, other) / self.kernel.support)
         mine: list[float] = []
         theirs: list[float] = []
         for term in self.terms:
@@ -144,7 +152,7 @@ class MessageBus:
         The first goes to the terms that count the agent in; the second comes from beyond
         the mirrored sides of the domain, if it has any.
         """
-        pair = self._pair(0.0, 0.0, self.smoothing_length)
+        pair = self._pair(0.0, 0.0, self.space.radius_of(agent) / self.kernel.support)
         message: list[float] = []
         for term in self.terms:
             if term.own:
@@ -162,7 +170,8 @@ class MessageBus:
         total = np.zeros(self._pass.width)
         for other, dx, dy in self.space.mirrored_near(agent):
             if senders is None or other in senders:
-                pair = self._pair(dx, dy, self.smoothing_length)
+                reach = self.space.radius_between(agent, other)
+                pair = self._pair(dx, dy, reach / self.kernel.support)
                 values = [term.values(pair, agent, other) for term in self.terms]
                 weighed = zip(self.terms, values, strict=True)
                 total += np.concatenate([self._weighed(*each, other) for each in weighed])

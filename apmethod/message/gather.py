@@ -30,10 +30,11 @@ def gather(
     sums: np.ndarray,
 ) -> None:
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
+    images, own_radii = bool(len(cells.image)), bool(len(cells.radius))
     in_blocks(
-        _compile_gather(tuple(terms), kernel, reads, bool(len(cells.image))), len(cells.number),
+        _compile_gather(tuple(terms), kernel, reads, images, own_radii), len(cells.number),
         cells.start, cells.low, cells.high, row, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, table, cells.longest, cells.core_radius,
+        cells.shift_y, cells.radius, table, cells.longest, cells.core_radius,
         cells.core_radius / kernel.support, sums, least=200,
     )  # fmt: skip
 
@@ -44,20 +45,21 @@ def _compile_gather(
     kernel: Kernel,
     reads: tuple[tuple[str, int | None], ...],
     periodic: bool,
+    own_radii: bool,
 ) -> Callable:
     make_pair, read, evaluate, evaluate_own, add, zero = ingredients(terms, kernel, reads)
     width = len(zero)
 
     @compiled
     def gather_sums(
-        first, last, start, low, high, row, image, x, y, shift_x, shift_y, table, longest,
-        core_radius, smoothing_length, sums,
+        first, last, start, low, high, row, image, x, y, shift_x, shift_y, radius, table,
+        longest, core_radius, smoothing_length, sums,
     ):  # fmt: skip
         near_x, near_y = np.empty(longest), np.empty(longest)
         over_x, over_y = np.empty(longest), np.empty(longest)
         near = np.empty((table.shape[0], longest))
-        middle = low.shape[1] // 2
-        radius_2 = core_radius * core_radius
+        near_radius = np.empty(longest if own_radii else 0)
+        support = core_radius / smoothing_length
         for cell in range(first, last):
             # LpN: the runs of the surrounding sub-domains, one after the other.
             count = 0
@@ -65,7 +67,7 @@ def _compile_gather(
             for run in range(low.shape[1]):
                 begin = low[cell, run]
                 length = high[cell, run] - begin
-                if run == middle:
+                if begin <= start[cell] and start[cell] < high[cell, run]:
                     mine = count + start[cell] - begin
                 for k in range(length):
                     near_x[count + k] = x[begin + k]
@@ -74,6 +76,9 @@ def _compile_gather(
                     for k in range(length):
                         over_x[count + k] = shift_x[begin + k]
                         over_y[count + k] = shift_y[begin + k]
+                if own_radii:
+                    for k in range(length):
+                        near_radius[count + k] = radius[begin + k]
                 for line in range(table.shape[0]):
                     for k in range(length):
                         near[line, count + k] = table[line, begin + k]
@@ -87,18 +92,28 @@ def _compile_gather(
                 near_x[own], near_y[own] = near_x[others], near_y[others]
                 if periodic:
                     over_x[own], over_y[own] = over_x[others], over_y[others]
+                if own_radii:
+                    near_radius[own] = near_radius[others]
                 for line in range(table.shape[0]):
                     near[line, own] = near[line, others]
+                h, reach = smoothing_length, core_radius
+                if own_radii:
+                    h, reach = radius[i] / support, radius[i]
                 me = read(table, i)
                 x_i, y_i = x[i], y[i]
-                total = add(zero, evaluate_own(make_pair(0.0, 0.0, smoothing_length), me, me), True)
+                total = add(zero, evaluate_own(make_pair(0.0, 0.0, h), me, me), True)
                 for j in range(others):
                     dx, dy = x_i - near_x[j], y_i - near_y[j]
                     if periodic:
                         dx, dy = dx - over_x[j], dy - over_y[j]
-                    value = evaluate(make_pair(dx, dy, smoothing_length), me, read(near, j))
-                    total = add(total, value, distance_2(dx, dy) < radius_2)
+                    if own_radii:
+                        reach = 0.5 * (radius[i] + near_radius[j])
+                        h = reach / support
+                    value = evaluate(make_pair(dx, dy, h), me, read(near, j))
+                    total = add(total, value, distance_2(dx, dy) < reach * reach)
                 near_x[own], near_y[own] = x_i, y_i
+                if own_radii:
+                    near_radius[own] = radius[i]
                 if periodic:
                     over_x[own], over_y[own] = 0.0, 0.0
                 for line in range(table.shape[0]):

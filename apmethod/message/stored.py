@@ -25,9 +25,11 @@ def sum_over_lists(
 ) -> None:
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
     in_blocks(
-        _compile(tuple(terms), kernel, reads, bool(len(cells.image))), len(cells.row),
+        _compile(tuple(terms), kernel, reads, bool(len(cells.image)), bool(len(cells.radius))),
+        len(cells.row),
         lists.start, lists.other, row, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, table, cells.core_radius / kernel.support, sums, least=500,
+        cells.shift_y, cells.radius, table, cells.core_radius / kernel.support,
+        kernel.support, sums, least=500,
     )  # fmt: skip
 
 
@@ -37,26 +39,30 @@ def _compile(
     kernel: Kernel,
     reads: tuple[tuple[str, int | None], ...],
     periodic: bool,
+    own_radii: bool,
 ) -> Callable:
     make_pair, read, evaluate, evaluate_own, add, zero = ingredients(terms, kernel, reads)
     width = len(zero)
 
     @compiled
     def stored_sums(
-        first, last, begin, other, row, image, x, y, shift_x, shift_y, table, smoothing_length,
-        sums,
+        first, last, begin, other, row, image, x, y, shift_x, shift_y, radius, table,
+        smoothing_length, support, sums,
     ):  # fmt: skip
         for i in range(first, last):
             if periodic and image[i]:
                 continue
             me = read(table, i)
-            total = add(zero, evaluate_own(make_pair(0.0, 0.0, smoothing_length), me, me), True)
+            h = radius[i] / support if own_radii else smoothing_length
+            total = add(zero, evaluate_own(make_pair(0.0, 0.0, h), me, me), True)
             for k in range(begin[i], begin[i + 1]):
                 j = other[k]
                 dx, dy = x[i] - x[j], y[i] - y[j]
                 if periodic:
                     dx, dy = dx - shift_x[j], dy - shift_y[j]
-                value = evaluate(make_pair(dx, dy, smoothing_length), me, read(table, j))
+                if own_radii:
+                    h = 0.5 * (radius[i] + radius[j]) / support
+                value = evaluate(make_pair(dx, dy, h), me, read(table, j))
                 total = add(total, value, True)
             for part in range(width):
                 sums[row[i], part] = total[part]

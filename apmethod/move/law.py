@@ -21,11 +21,21 @@ from apmethod.particles import Particles
 
 
 class Now(NamedTuple):
-    """What every law may use besides the agent."""
+    """What every law may use besides the agent.
+
+    Where agents have core radii of their own, the last two are arrays, a number for each
+    row, and a formula gets those of its agent.
+    """
 
     time: float  #: physical time at which the law is evaluated
-    smoothing_length: float  #: h of the smoothing kernel
-    own_w: float  #: the kernel at distance 0, per area
+    smoothing_length: float | np.ndarray  #: h of the smoothing kernel
+    own_w: float | np.ndarray  #: the kernel at distance 0, per area
+
+    def of_row(self, row: int) -> Now:
+        """What holds for the agent in a row of the table."""
+        if isinstance(self.smoothing_length, np.ndarray):
+            return Now(self.time, float(self.smoothing_length[row]), float(self.own_w[row]))
+        return self
 
 
 class Law:
@@ -92,27 +102,34 @@ class Law:
     def add_to(self, total: np.ndarray, particles: Particles, rows: np.ndarray, now: Now) -> None:
         """Add the law's value for the agents in ``rows`` to those rows of ``total``, (n, 2)."""
         columns = tuple(particles.array(name) for name in self.reads) or (total,)
-        p = np.array([*now, *self.parameters.values()])
+        own_radii = isinstance(now.smoothing_length, np.ndarray)
+        lengths = np.column_stack(now[1:]) if own_radii else np.array([now[1:]])
+        p = np.array([now.time, *self.parameters.values()])
         widths = tuple((name, particles.columns[name].components) for name in self.reads)
-        run = _compile_law(self.formula, widths, self._names._fields)
-        in_blocks(run, len(rows), rows, columns, p, total)
+        run = _compile_law(self.formula, widths, self._names._fields, own_radii)
+        in_blocks(run, len(rows), rows, columns, p, lengths, total)
 
 
 @cache
 def _compile_law(
-    formula: Callable, reads: tuple[tuple[str, int | None], ...], parameters: tuple[str, ...]
+    formula: Callable,
+    reads: tuple[tuple[str, int | None], ...],
+    parameters: tuple[str, ...],
+    own_radii: bool,
 ) -> Callable:
     read = column_reader(reads)
     inlined(formula)
     names = namespace("Parameters", parameters)
-    fields = ", ".join(f"p[{k}]" for k in range(len(parameters)))
-    unpack = inlined(eval(f"lambda p: names({fields})", {"names": names}))
+    fields = "".join(f", p[{k}]" for k in range(1, len(parameters) - 2))
+    unpack = inlined(eval(f"lambda p, h, w: names(p[0], h, w{fields})", {"names": names}))
 
     @compiled
-    def add_law(first, last, rows, columns, p, total):
-        now = unpack(p)
+    def add_law(first, last, rows, columns, p, lengths, total):
+        now = unpack(p, lengths[0, 0], lengths[0, 1])
         for k in range(first, last):
             row = rows[k]
+            if own_radii:
+                now = unpack(p, lengths[row, 0], lengths[row, 1])
             x, y = formula(read(columns, row), now)
             total[row, 0] += x
             total[row, 1] += y

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.compile import in_blocks, plain
+from apmethod.contribute.smoothing import CUBIC, Kernel
 from apmethod.move.integrate import (
     LEAP_FROG,
     VERLET,
@@ -44,6 +45,7 @@ class Motion:
         laws: what the velocity (or acceleration) is the sum of.
         integrator: how it is carried through time.
         obstacles: what displacements meet, if there is anything.
+        kernel: the scene's smoothing kernel.
 
     Raises:
         ValueError: for more than one flow where the integrator splits it off.
@@ -56,7 +58,9 @@ class Motion:
         laws: Sequence[Law],
         integrator: Integrator,
         obstacles: Obstacles | None = None,
+        kernel: Kernel = CUBIC,
     ):
+        self.kernel = kernel
         self.particles = particles
         self.domain = domain
         self.obstacles = obstacles
@@ -92,7 +96,7 @@ class Motion:
             obstacles.attach(particles, domain)
         self._changes = -1
         self.stage: Stage | None = None
-        self.now = Now(0.0, np.nan, np.nan)
+        self._own_w = float(kernel.w(0.0, 1.0))
 
     # -- a step ------------------------------------------------------------------------
 
@@ -118,10 +122,18 @@ class Motion:
         if self.obstacles is not None:
             self.obstacles.begin(time, dt)
 
-    def enter(self, stage: Stage, smoothing_length: float, own_w: float) -> None:
-        """Begin a stage."""
+    def enter(self, stage: Stage, smoothing_length: float) -> None:
+        """Begin a stage; ``smoothing_length`` is the (largest) one of the agents."""
         self.stage = stage
-        self.now = Now(self.time + stage.at * self.dt, smoothing_length, own_w)
+        self.smoothing_length = smoothing_length
+
+    @property
+    def now(self) -> Now:
+        """What laws may use in this stage besides the agent."""
+        h: float | np.ndarray = self.smoothing_length
+        if "core_radius" in self.particles:
+            h = self.particles.array("core_radius") / self.kernel.support
+        return Now(self.time + self.stage.at * self.dt, h, self._own_w / h**2)
 
     @property
     def arrives(self) -> bool:
@@ -149,9 +161,9 @@ class Motion:
 
     def dynamics(self, agent: AgentParticle) -> np.ndarray:
         """The sum of the laws on one agent, an array of shape (2,)."""
-        total = np.zeros(2)
+        total, now = np.zeros(2), self.now.of_row(self.particles.row(agent))
         for law in self.evaluated:
-            total += law.of(agent, self.now)
+            total += law.of(agent, now)
         return total
 
     def advance(self, agent: AgentParticle) -> None:
@@ -224,7 +236,7 @@ class Motion:
         arrived, places = self.particles.array(to), self.particles.array(place)
         self.split_flow.carry(
             arrived, places, rows, time, 0.5 * self.dt, self.turning,
-            CARRY_TOLERANCE * self.now.smoothing_length, in_python=in_python,
+            CARRY_TOLERANCE * self.smoothing_length, in_python=in_python,
         )  # fmt: skip
 
     def _run(self, formula: Callable, rows: np.ndarray, in_python: bool, *arguments) -> None:

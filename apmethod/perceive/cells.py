@@ -8,7 +8,7 @@ square follow each other, and the agents in them are one run of the sorted array
 Agents near a periodic or mirrored side appear a second time as images beyond it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -42,6 +42,8 @@ class SortedCells:
         start: where each occupied sub-domain begins in the sorted arrays, (cells + 1,).
         low, high: for each occupied sub-domain and row of its surrounding square, where
             the run of potential neighbours begins and ends, (cells, 2*2^p + 1).
+        radius: core radius of each entry where agents have their own, as `sort_by_radius`
+            sorts them; else empty.
     """
 
     core_radius: float
@@ -59,6 +61,7 @@ class SortedCells:
     start: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    radius: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @property
     def longest(self) -> int:
@@ -93,7 +96,7 @@ def sort_into_cells(
     where = positions if row is None else positions[row] + shift
     lowest, highest = corners(where) if len(where) else ((0.0, 0.0), (0.0, 0.0))
     extent = (highest[0] - lowest[0], highest[1] - lowest[1])
-    side, grid = _grid(extent, core_radius, level)
+    side, grid = grid_of(extent, core_radius, level)
     if grid[0] * grid[1] <= _DENSE * len(where) + 1024:
         order, begin = counting_sort(where, lowest, side, grid)
         occupied = np.flatnonzero(begin[1:] > begin[:-1])
@@ -106,8 +109,8 @@ def sort_into_cells(
         start = np.append(first, len(where))
         low, high = _sparse_runs(*divmod(occupied, grid[0])[::-1], grid, level, start, occupied)
     sorted_row = order if row is None else row[order]
-    x, y = _in_order(positions, sorted_row)
-    shift_x, shift_y = _in_order(shift, order)
+    x, y = in_order(positions, sorted_row)
+    shift_x, shift_y = in_order(shift, order)
     return SortedCells(
         core_radius=core_radius,
         level=level,
@@ -127,7 +130,7 @@ def sort_into_cells(
     )
 
 
-def _in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:
+def in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:
     """Vectors, of shape (n, 2), in an order, one row a component; none if there are none."""
     table = np.empty((2, len(order) if len(vectors) else 0))
     for axis in range(2):
@@ -135,7 +138,7 @@ def _in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:
     return table
 
 
-def _grid(
+def grid_of(
     extent: tuple[float, float], core_radius: float, level: int
 ) -> tuple[float, tuple[int, int]]:
     """Side of a sub-domain, and how many fit along x and y."""

@@ -12,7 +12,9 @@ from apmethod.checks import finite_number
 from apmethod.perceive.cells import SortedCells, sort_into_cells
 from apmethod.perceive.domain import Domain, Open, distance_2
 from apmethod.perceive.images import MIRROR, REAL
+from apmethod.perceive.lists import neighbour_counts
 from apmethod.perceive.pairs import neighbour_pairs
+from apmethod.perceive.radii import sort_by_radius
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
@@ -29,12 +31,16 @@ class QuadLattice:
     where all of them are; until the next time every question is answered from that, so
     that agents act on one and the same state whatever order they act in.
 
+    Agents whose class has a column ``core_radius``, as `KeepNeighbours` gives all of them,
+    have radii of their own: two of them are neighbours if they are closer than the mean.
+
     Args:
         particles: the agents' table.
         core_radius: distance up to which agents perceive each other (the support of the
-            smoothing kernel, not its smoothing length).
+            smoothing kernel, not its smoothing length), unless they have their own.
         domain: open if not given.
-        level: p; 0 is the plain cell (algorithm A1), 1 the quad-lattice (A2).
+        level: p; 0 is the plain cell (algorithm A1), 1 the quad-lattice (A2).  None takes
+            what is quicker for compiled sums: 0 for few agents in a cell, 1 for many.
 
     Raises:
         ValueError: for a core radius that is not finite and positive or too large for a
@@ -46,13 +52,14 @@ class QuadLattice:
         particles: Particles,
         core_radius: float,
         domain: Domain | None = None,
-        level: int = 1,
+        level: int | None = None,
     ):
         self.particles = particles
         self.domain = domain or Open()
-        if not isinstance(level, int) or not 0 <= level <= 6:
-            raise ValueError(f"level is {level!r}; it must be a whole number from 0 to 6")
-        self.level = level
+        if level is not None and (not isinstance(level, int) or not 0 <= level <= 6):
+            raise ValueError(f"level is {level!r}; it must be a whole number from 0 to 6, or None")
+        self._chooses_level = level is None
+        self.level = 0 if level is None else level
         self.core_radius = core_radius
         self._cells: SortedCells | None = None
         self._changes = -1
@@ -63,7 +70,9 @@ class QuadLattice:
 
     @property
     def core_radius(self) -> float:
-        """Distance up to which agents perceive each other."""
+        """Distance up to which agents perceive each other; the largest of their own radii."""
+        if self.own_radii and len(self.particles):
+            return float(self.particles.array("core_radius").max())
         return self._core_radius
 
     @core_radius.setter
@@ -71,6 +80,28 @@ class QuadLattice:
         value = finite_number("core_radius", value, above=0.0)
         self.domain.check_radius(value)
         self._core_radius = value
+
+    @property
+    def own_radii(self) -> bool:
+        """Whether each agent has a core radius of its own."""
+        return "core_radius" in self.particles
+
+    @property
+    def smallest_radius(self) -> float:
+        """The smallest core radius of any agent."""
+        if self.own_radii and len(self.particles):
+            return float(self.particles.array("core_radius").min())
+        return self._core_radius
+
+    def radius_of(self, agent: AgentParticle) -> float:
+        """The core radius of one agent."""
+        return agent.core_radius if self.own_radii else self._core_radius
+
+    def radius_between(self, agent: AgentParticle, other: AgentParticle) -> float:
+        """Distance up to which two agents are neighbours: the mean of their core radii."""
+        if self.own_radii:
+            return 0.5 * (agent.core_radius + other.core_radius)
+        return self._core_radius
 
     # -- the state that all questions are answered from --------------------------------
 
@@ -81,10 +112,24 @@ class QuadLattice:
         self._entries: list[tuple] | None = None
         self._changes = self.particles.changes
         self._cells = self.sorted(self.particles.array("position"))
+        if self._chooses_level:
+            self.level = self._quickest_level()
         if self._cells.longest > _CROWD and not self._warned:
             self._warned = True
             warnings.warn(self._crowd_warning(), stacklevel=2)
-        self._place: list[list[float]] | None = None
+        self._places: list[tuple[float, float, int]] | None = None
+
+    def _quickest_level(self) -> int:
+        """The level for the next search, after how many agents share a cell in this one.
+
+        Sub-domains spare candidates, and cost time of their own.  Measured: with 28
+        neighbours, 11 agents to a cell, they cost more, with 100 neighbours they spare more.
+        """
+        if not len(self._cells.row) or self.own_radii:
+            return 0
+        share = np.diff(self._cells.start)
+        sharing = float(share @ share) / len(self._cells.row) * 4**self.level
+        return int(sharing > (20.0 if self.level == 0 else 15.0))
 
     def _crowd_warning(self) -> str:
         cells = self._cells
@@ -101,9 +146,26 @@ class QuadLattice:
         self.perceived.clear()
         self._cells = None
 
-    def sorted(self, positions: np.ndarray) -> SortedCells:
-        """Any positions, of shape (n, 2), in this lattice's sub-domains."""
-        return sort_into_cells(positions, self.core_radius, self.level, self.domain)
+    def sorted(self, positions: np.ndarray, rows: np.ndarray | None = None) -> SortedCells:
+        """Positions, of shape (n, 2), in this lattice's sub-domains.
+
+        ``rows`` are the rows of the table that they belong to, None for all.
+        """
+        if not (self.own_radii and len(positions)):
+            return sort_into_cells(positions, self.core_radius, self.level, self.domain)
+        radii = self.particles.array("core_radius")
+        self._check_radii(radii)
+        chosen = radii if rows is None else radii[rows]
+        return sort_by_radius(positions, chosen, self.level, self.domain)
+
+    def _check_radii(self, radii: np.ndarray) -> None:
+        if not radii.min() > 0.0:
+            row = int(np.flatnonzero(~(radii > 0.0))[0])
+            raise ValueError(
+                f"core_radius of {self.particles._agents[row]!r} is {radii[row]:g}; it must be "
+                "above 0"
+            )
+        self.domain.check_radius(float(radii.max()))
 
     def tidy(self) -> None:
         """Put the table's rows in the order of the sub-domains.
@@ -125,16 +187,31 @@ class QuadLattice:
         """All pairs of neighbours as rows i < j of the table, of shape (pairs, 2)."""
         return neighbour_pairs(self.cells)
 
+    def neighbour_counts(self) -> np.ndarray:
+        """How many neighbours each row of the table has, mirror images among them."""
+        cells, counts = self.cells, np.zeros(len(self.particles), np.int64)
+        listed = neighbour_counts(cells)[1:]
+        real = cells.image == REAL if len(cells.image) else slice(None)
+        counts[cells.row[real]] = listed[real]
+        return counts
+
     # -- one agent ---------------------------------------------------------------------
 
-    def place_of(self, agent: AgentParticle) -> list[float]:
+    def place_of(self, agent: AgentParticle) -> tuple[float, float]:
         """Where the agent stood when the agents last perceived."""
+        x, y, _ = self._seen(agent)
+        return x, y
+
+    def _seen(self, agent: AgentParticle) -> tuple[float, float, int]:
+        """Where the agent stood, and in which of the occupied sub-domains."""
         cells = self.cells
-        if self._place is None:
-            place = np.empty((len(self.particles), 2))
-            place[cells.row] = np.column_stack([cells.x, cells.y])
-            self._place = place.tolist()
-        return self._place[self.particles.row(agent)]
+        if self._places is None:
+            cell = np.repeat(np.arange(len(cells.number)), np.diff(cells.start))
+            real = cells.image == REAL if len(cells.image) else slice(None)
+            order = np.argsort(cells.row[real])
+            columns = (column[real][order].tolist() for column in (cells.x, cells.y, cell))
+            self._places = list(zip(*columns, strict=True))
+        return self._places[self.particles.row(agent)]
 
     def displacement(self, agent: AgentParticle, other: AgentParticle) -> tuple[float, float]:
         """x_i - x_j, the shorter way across periodic sides."""
@@ -142,60 +219,58 @@ class QuadLattice:
 
     def near(self, agent: AgentParticle, other: AgentParticle) -> bool:
         """Whether two agents are closer than the core radius."""
-        return distance_2(*self.displacement(agent, other)) < self.core_radius * self.core_radius
+        reach = self.radius_between(agent, other)
+        return distance_2(*self.displacement(agent, other)) < reach * reach
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
         """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2)."""
-        agents, me = self.particles._agents, self.particles.row(agent)
-        x, y = self.place_of(agent)
-        radius_2 = self.core_radius * self.core_radius
-        neighbours = []
-        for row, other_x, other_y, shift_x, shift_y in self.potential_neighbours(x, y):
-            dx, dy = (x - other_x) - shift_x, (y - other_y) - shift_y
-            if distance_2(dx, dy) < radius_2 and row != me:
-                neighbours.append(agents[row])
+        me, (x, y, cell) = self.particles.row(agent), self._seen(agent)
+        radius_2 = self._cells.core_radius * self._cells.core_radius
+        near = [
+            row
+            for row, other_x, other_y, shift_x, shift_y in self.potential_neighbours(cell)
+            if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2
+        ]
+        agents = self.particles._agents
+        neighbours = [agents[row] for row in near if row != me]
+        if self.own_radii:
+            return [other for other in neighbours if self.near(agent, other)]
         return neighbours
 
     def mirrored_near(self, agent: AgentParticle) -> list[tuple[AgentParticle, float, float]]:
         """Agents whose mirror images are within the core radius, and x_i - x_j to the image."""
         cells, agents = self.cells, self.particles._agents
-        (x, y), radius_2 = self.place_of(agent), self.core_radius * self.core_radius
-        low, high = cells.around(np.array([[x, y]]))
+        x, y, place = self._seen(agent)
         found = []
-        for begin, end in zip(low[0], high[0], strict=True):
+        for begin, end in zip(cells.low[place], cells.high[place], strict=True):
             for k in range(begin, end):
                 if cells.image[k] == MIRROR:
+                    other = agents[cells.row[k]]
+                    reach = self.radius_between(agent, other)
                     dx, dy = x - cells.x[k] - cells.shift_x[k], y - cells.y[k] - cells.shift_y[k]
-                    if distance_2(dx, dy) < radius_2:
-                        found.append((agents[cells.row[k]], float(dx), float(dy)))
+                    if distance_2(dx, dy) < reach * reach:
+                        found.append((other, float(dx), float(dy)))
         return found
 
-    def potential_neighbours(self, x: float, y: float) -> list[tuple]:
-        """LpN of the sub-domain around (x, y), made once and shared by all agents in it.
+    def potential_neighbours(self, cell: int) -> list[tuple]:
+        """LpN of an occupied sub-domain, made once and shared by all agents in it.
 
         Returns:
             (row, x, y, shift_x, shift_y) of each agent in the sub-domains that Table 1 of
             the paper names; the shift is that of an image across a periodic side.
         """
-        cells = self.cells
-        column = min(int((x - cells.origin[0]) / cells.side), cells.grid[0] - 1)
-        line = min(int((y - cells.origin[1]) / cells.side), cells.grid[1] - 1)
-        number = line * cells.grid[0] + column
-        if number not in self._potential:
-            self._potential[number] = self._gather_potential(number)
-        return self._potential[number]
-
-    def _gather_potential(self, number: int) -> list[tuple]:
-        if self._entries is None:
-            self._list_entries()
-        place = self._index[number]
-        potential: list[tuple] = []
-        for low, high in zip(self._low[place], self._high[place], strict=True):
-            potential += self._entries[low:high]
+        potential = self._potential.get(cell)
+        if potential is None:
+            if self._entries is None:
+                self._entries = self._list_entries()
+            cells, potential = self._cells, []
+            for low, high in zip(cells.low[cell].tolist(), cells.high[cell].tolist(), strict=True):
+                potential += self._entries[low:high]
+            self._potential[cell] = potential
         return potential
 
-    def _list_entries(self) -> None:
-        """The sorted cells as Python lists, of which a sub-domain's LpN is a few slices."""
+    def _list_entries(self) -> list[tuple]:
+        """The sorted entries as Python tuples, of which a sub-domain's LpN is a few slices."""
         cells = self._cells
         columns = [column.tolist() for column in (cells.row, cells.x, cells.y)]
         if len(cells.image):
@@ -204,9 +279,7 @@ class QuadLattice:
             columns += [shift_x.tolist(), cells.shift_y.tolist()]
         else:
             columns += [[0.0] * len(cells.row)] * 2
-        self._entries = list(zip(*columns, strict=True))
-        self._low, self._high = cells.low.tolist(), cells.high.tolist()
-        self._index = {number: place for place, number in enumerate(cells.number.tolist())}
+        return list(zip(*columns, strict=True))
 
     # -- what Mesa's own spaces answer -------------------------------------------------
 

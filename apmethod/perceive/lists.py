@@ -27,28 +27,37 @@ class NeighbourLists:
 
 def neighbour_lists(cells: SortedCells) -> NeighbourLists:
     """The neighbours of all agents in ``cells``, closer than the core radius."""
-    arguments = (
-        cells.start, cells.low, cells.high, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, cells.core_radius, cells.longest,
-    )  # fmt: skip
-    start = np.zeros(len(cells.row) + 1, np.int64)
-    none = np.empty(0, np.int32)
-    in_blocks(_find, len(cells.number), *arguments, start, none, True, least=200)
+    start = neighbour_counts(cells)
     np.cumsum(start, out=start)
     other = np.empty(start[-1], np.int32)
-    in_blocks(_find, len(cells.number), *arguments, start, other, False, least=200)
+    in_blocks(_find, len(cells.number), *_searched(cells), start, other, False, least=200)
     return NeighbourLists(start, other)
+
+
+def neighbour_counts(cells: SortedCells) -> np.ndarray:
+    """How many neighbours each entry has, one place on, after a first 0."""
+    start = np.zeros(len(cells.row) + 1, np.int64)
+    none = np.empty(0, np.int32)
+    in_blocks(_find, len(cells.number), *_searched(cells), start, none, True, least=200)
+    return start
+
+
+def _searched(cells: SortedCells) -> tuple:
+    return (
+        cells.start, cells.low, cells.high, cells.image, cells.x, cells.y, cells.shift_x,
+        cells.shift_y, cells.radius, cells.core_radius, cells.longest,
+    )  # fmt: skip
 
 
 @compiled
 def _find(
-    first, last, start, low, high, image, x, y, shift_x, shift_y, core_radius, longest,
-    begin, other, count_only,
+    first, last, start, low, high, image, x, y, shift_x, shift_y, radius, core_radius,
+    longest, begin, other, count_only,
 ):  # fmt: skip
     """Count each agent's neighbours into ``begin``, one place on, or list them from there."""
     near_x, near_y, apart_2 = np.empty(longest), np.empty(longest), np.empty(longest)
     place, found = np.empty(longest, np.int32), np.empty(longest + 1, np.int32)
-    radius_2 = core_radius * core_radius
+    reach_2 = np.full(longest, core_radius * core_radius)
     for cell in range(first, last):
         # LpN: the runs of the surrounding sub-domains, one after the other.
         count = 0
@@ -67,16 +76,20 @@ def _find(
             else:
                 for k in range(count):
                     apart_2[k] = distance_2(x[i] - near_x[k], y[i] - near_y[k])
+            if radius.size:
+                for k in range(count):
+                    reach = 0.5 * (radius[i] + radius[place[k]])
+                    reach_2[k] = reach * reach
             if count_only:
                 total = -1  # the agent itself is among the candidates
                 for k in range(count):
-                    total += 1 if apart_2[k] < radius_2 else 0
+                    total += 1 if apart_2[k] < reach_2[k] else 0
                 begin[i + 1] = total
                 continue
             # Written at every candidate and kept at each neighbour: no branch to mispredict.
             taken = 0
             for k in range(count):
                 found[taken] = place[k]
-                taken += 1 if (apart_2[k] < radius_2) & (place[k] != i) else 0
+                taken += 1 if (apart_2[k] < reach_2[k]) & (place[k] != i) else 0
             for k in range(taken):
                 other[begin[i] + k] = found[k]

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from apmethod.compile import compiled
+from apmethod.compile import compiled, in_blocks
 from apmethod.perceive.cells import SortedCells
-from apmethod.perceive.domain import Domain, Open, distance_2
+from apmethod.perceive.domain import Domain, Open
 from apmethod.perceive.images import MIRROR
+from apmethod.perceive.lists import neighbour_lists
 
 
 def brute_force_pairs(
@@ -40,32 +41,36 @@ def neighbour_pairs(cells: SortedCells) -> np.ndarray:
     Returns:
         Rows (i, j) in ascending order, of shape (pairs, 2).
     """
-    arguments = (
-        cells.start, cells.low, cells.high, cells.row, cells.image,
-        cells.x, cells.y, cells.shift_x, cells.shift_y, cells.core_radius,
-    )  # fmt: skip
-    pairs = np.empty((_find_pairs(*arguments, np.empty((0, 2), np.int64)), 2), np.int64)
-    _find_pairs(*arguments, pairs)
-    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    lists = neighbour_lists(cells)
+    listed = (cells.row, cells.image, lists.start, lists.other)
+    begin = np.zeros(cells.row.max(initial=-1) + 2, np.int64)
+    none = np.empty((0, 2), np.int64)
+    in_blocks(_list_pairs, len(cells.row), *listed, begin, none, least=2000)
+    np.cumsum(begin, out=begin)
+    pairs = np.empty((begin[-1], 2), np.int64)
+    in_blocks(_list_pairs, len(cells.row), *listed, begin, pairs, least=2000)
+    return pairs
 
 
 @compiled
-def _find_pairs(start, low, high, row, image, x, y, shift_x, shift_y, core_radius, pairs):
-    """Write the pairs as far as ``pairs`` has room, and count them all."""
-    count = 0
-    for cell in range(start.size - 1):
-        for i in range(start[cell], start[cell + 1]):
-            if image.size and image[i]:
+def _list_pairs(first, last, row, image, start, other, begin, pairs):
+    """Count the pairs of each row into ``begin``, one place on, or list them from there."""
+    for k in range(first, last):
+        if image.size and image[k]:
+            continue
+        count = 0
+        for place in range(start[k], start[k + 1]):
+            j = row[other[place]]
+            if j < row[k] or (image.size and image[other[place]] == MIRROR):
                 continue
-            for run in range(low.shape[1]):
-                for j in range(low[cell, run], high[cell, run]):
-                    if row[j] > row[i] and not (image.size and image[j] == MIRROR):
-                        dx, dy = x[i] - x[j], y[i] - y[j]
-                        if image.size:
-                            dx, dy = dx - shift_x[j], dy - shift_y[j]
-                        if distance_2(dx, dy) < core_radius * core_radius:
-                            if count < pairs.shape[0]:
-                                pairs[count, 0] = row[i]
-                                pairs[count, 1] = row[j]
-                            count += 1
-    return count
+            if pairs.shape[0]:
+                # Insertion keeps the few neighbours of an agent in ascending order.
+                at = begin[row[k]] + count
+                while at > begin[row[k]] and pairs[at - 1, 1] > j:
+                    pairs[at, 1] = pairs[at - 1, 1]
+                    at -= 1
+                pairs[at, 1] = j
+                pairs[begin[row[k]] + count, 0] = row[k]
+            count += 1
+        if not pairs.shape[0]:
+            begin[row[k] + 1] = count

@@ -36,6 +36,16 @@ def counting_sort(
     return order, begin
 
 
+def sort_numbers(number: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same for entries whose sub-domains, ``count`` in all, are numbered already."""
+    edges, tally = np.array([0, len(number)]), np.zeros((1, count), np.int64)
+    tally[0] = np.bincount(number, minlength=count)
+    begin, order = np.empty(count + 1, np.int64), np.empty(len(number), np.int64)
+    _accumulate(tally, begin)
+    _put_in_order(0, 1, edges, number, tally, order)
+    return order, begin
+
+
 def runs_around(
     number: np.ndarray, grid: tuple[int, int], reach: int, begin: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -159,7 +159,7 @@ class Groups(Skill):
     def _cells(self) -> SortedCells:
         """The cells the agents have perceived by, where these fit the groups' radius."""
         space = self.model.space
-        fits = _FITTING <= self.radius / space.core_radius < 1.0 - 1e-9
+        fits = _FITTING <= self.radius / space.core_radius < 1.0 - 1e-9 and not space.own_radii
         if fits and not space.domain.mirrors:  # a mirror image is nobody's neighbour
             return space.cells
         return search(self.column("position"), self.radius, space.domain)

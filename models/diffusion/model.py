@@ -45,7 +45,7 @@ class DensityDiffusion(FieldModel):
         integrator: str | None = None,
         remesh: float | None = None,
         dt: float | None = 0.01,
-        level: int = 1,
+        level: int | None = None,
         evaluation: str = "auto",
         tier: str = "compiled",
         rng: int | None = None,

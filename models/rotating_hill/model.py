@@ -43,7 +43,7 @@ class RotatingHill(FieldModel):
         integrator: str | None = None,
         remesh: float | None = None,
         dt: float | None = None,
-        level: int = 1,
+        level: int | None = None,
         evaluation: str = "auto",
         tier: str = "compiled",
         rng: int | None = None,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apmethod import Follow, SignalField, growth_rate
-from apmethod.bench import dispersion
+from apmethod.bench.aggregation import dispersion
 
 
 def test_the_growth_rate_is_the_eigenvalue():

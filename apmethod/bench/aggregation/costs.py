@@ -81,7 +81,7 @@ def leaders(size: int, count: int, rounds: int) -> list[dict[str, Any]]:
     own = [agent for agent in with_leaders.particles.agents if isinstance(agent, _Leader)]
     motion = with_leaders.motion
     motion.begin(with_leaders.elapsed, with_leaders.dt)
-    motion.enter(motion.stages()[0], with_leaders.bus.smoothing_length, 0.0)
+    motion.enter(motion.stages()[0], with_leaders.bus.smoothing_length)
     calls = alternate({"calls": lambda: stopwatch(lambda: _move(own))}, rounds)["calls"]
     motion.end()
     row = {"contender": f"their {count} calls of move alone", "agents": count,
