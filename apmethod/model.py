@@ -54,6 +54,7 @@ class ParticleModel(mesa.Model):
         skills: what the agents can do besides, such as `SignalField`.
         obstacles: what agents cannot pass, an `Obstacles` or a list of them.
         level: p of the quad-lattice, 4^p sub-domains a cell; None takes the quicker of 0, 1.
+        skin: share of the core radius by which a search reaches further, to serve several steps.
         evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
         tier: "compiled", or "agents" to run every step agent by agent in Python.
         rng: seed of the model's random streams; an integer gives the same on all versions.
@@ -89,6 +90,7 @@ class ParticleModel(mesa.Model):
         skills: Sequence[Skill] = (),
         obstacles: Obstacles | Sequence[Obstacle] | None = None,
         level: int | None = None,
+        skin: float = 0.0,
         evaluation: str = "auto",
         tier: str = "compiled",
         rng: int | None = None,
@@ -100,7 +102,7 @@ class ParticleModel(mesa.Model):
         self.particles = Particles()
         if level is None and tier == "agents":
             level = 1  # agents in Python gain by each candidate less
-        self.space = QuadLattice(self.particles, core_radius, domain, level)
+        self.space = QuadLattice(self.particles, core_radius, domain, level, skin)
         for cls in classes:
             self.particles.declare_class(cls)
         self.dt = None if dt is None else finite_number("dt", dt, above=0.0)

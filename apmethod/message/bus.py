@@ -115,9 +115,10 @@ class MessageBus:
             raise
 
     def _lists_of(self, cells: SortedCells) -> NeighbourLists | None:
-        """The neighbours listed, once for all rounds; None where nobody needs the list."""
+        """The neighbours listed, once for each search; None where nobody needs the list."""
         if self.evaluation != "stored":
             return None
+        cells = cells.searched or cells
         if self._lists[0] is not cells:
             self._lists = (cells, neighbour_lists(cells))
         return self._lists[1]

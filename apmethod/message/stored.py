@@ -10,6 +10,7 @@ from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients
 from apmethod.perceive.cells import SortedCells
+from apmethod.perceive.domain import distance_2
 from apmethod.perceive.lists import NeighbourLists
 
 
@@ -28,8 +29,8 @@ def sum_over_lists(
         _compile(tuple(terms), kernel, reads, bool(len(cells.image)), bool(len(cells.radius))),
         len(cells.row),
         lists.start, lists.other, row, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, cells.radius, table, cells.core_radius / kernel.support,
-        kernel.support, sums, least=500,
+        cells.shift_y, cells.radius, table, cells.core_radius, kernel.support, sums,
+        least=500,
     )  # fmt: skip
 
 
@@ -47,13 +48,14 @@ def _compile(
     @compiled
     def stored_sums(
         first, last, begin, other, row, image, x, y, shift_x, shift_y, radius, table,
-        smoothing_length, support, sums,
+        core_radius, support, sums,
     ):  # fmt: skip
         for i in range(first, last):
             if periodic and image[i]:
                 continue
             me = read(table, i)
-            h = radius[i] / support if own_radii else smoothing_length
+            reach = radius[i] if own_radii else core_radius
+            h = reach / support
             total = add(zero, evaluate_own(make_pair(0.0, 0.0, h), me, me), True)
             for k in range(begin[i], begin[i + 1]):
                 j = other[k]
@@ -61,9 +63,10 @@ def _compile(
                 if periodic:
                     dx, dy = dx - shift_x[j], dy - shift_y[j]
                 if own_radii:
-                    h = 0.5 * (radius[i] + radius[j]) / support
+                    reach = 0.5 * (radius[i] + radius[j])
+                    h = reach / support
                 value = evaluate(make_pair(dx, dy, h), me, read(table, j))
-                total = add(total, value, True)
+                total = add(total, value, distance_2(dx, dy) < reach * reach)
             for part in range(width):
                 sums[row[i], part] = total[part]
 

@@ -8,6 +8,8 @@ square follow each other, and the agents in them are one run of the sorted array
 Agents near a periodic or mirrored side appear a second time as images beyond it.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,6 +46,8 @@ class SortedCells:
             the run of potential neighbours begins and ends, (cells, 2*2^p + 1).
         radius: core radius of each entry where agents have their own, as `sort_by_radius`
             sorts them; else empty.
+        searched: the cells that neighbours are to be listed from, where those reach further
+            than the core radius (see `Skin`); None for these ones.
     """
 
     core_radius: float
@@ -62,6 +66,7 @@ class SortedCells:
     low: np.ndarray
     high: np.ndarray
     radius: np.ndarray = field(default_factory=lambda: np.empty(0))
+    searched: SortedCells | None = None
 
     @property
     def longest(self) -> int:

@@ -73,6 +73,11 @@ class Domain:
         return self.kinds == (OPEN, OPEN)
 
     @property
+    def makes_images(self) -> bool:
+        """Whether agents are seen a second time beyond a side, periodic or mirrored."""
+        return self.mirrors or any(self.periods)
+
+    @property
     def mirrors(self) -> bool:
         """Whether agents have mirror images beyond a side."""
         return MIRRORED in self.kinds

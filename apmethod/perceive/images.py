@@ -23,7 +23,7 @@ def with_images(
         (entries, 2); kind, REAL, WRAPPED or MIRROR.  Where the domain makes no images, row
         is None and the others are empty.
     """
-    if PERIODIC not in domain.kinds and MIRRORED not in domain.kinds:
+    if not domain.makes_images:
         return None, np.empty((0, 2)), np.empty(0, np.int8)
     row = np.arange(len(positions))
     shift = np.zeros((len(positions), 2))

@@ -15,6 +15,7 @@ from apmethod.perceive.images import MIRROR, REAL
 from apmethod.perceive.lists import neighbour_counts
 from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
+from apmethod.perceive.skin import Skin
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
@@ -41,6 +42,9 @@ class QuadLattice:
         domain: open if not given.
         level: p; 0 is the plain cell (algorithm A1), 1 the quad-lattice (A2).  None takes
             what is quicker for compiled sums: 0 for few agents in a cell, 1 for many.
+        skin: how much further than the core radius a search reaches, as a share of it, so
+            that it serves until an agent has gone half of that.  0 searches every time, as do
+            domains with periodic or mirrored sides and agents with radii of their own.
 
     Raises:
         ValueError: for a core radius that is not finite and positive or too large for a
@@ -53,6 +57,7 @@ class QuadLattice:
         core_radius: float,
         domain: Domain | None = None,
         level: int | None = None,
+        skin: float = 0.0,
     ):
         self.particles = particles
         self.domain = domain or Open()
@@ -61,6 +66,7 @@ class QuadLattice:
         self._chooses_level = level is None
         self.level = 0 if level is None else level
         self.core_radius = core_radius
+        self.skin = Skin(skin)
         self._cells: SortedCells | None = None
         self._changes = -1
         self._warned = False
@@ -111,13 +117,22 @@ class QuadLattice:
         self._potential: dict[int, list[tuple]] = {}
         self._entries: list[tuple] | None = None
         self._changes = self.particles.changes
-        self._cells = self.sorted(self.particles.array("position"))
+        self._cells = self._search()
         if self._chooses_level:
             self.level = self._quickest_level()
         if self._cells.longest > _CROWD and not self._warned:
             self._warned = True
             warnings.warn(self._crowd_warning(), stacklevel=2)
         self._places: list[tuple[float, float, int]] | None = None
+
+    def _search(self) -> SortedCells:
+        """Sort all agents, or take the last search where it still serves."""
+        positions = self.particles.array("position")
+        if self.skin.share == 0.0 or self.own_radii or self.domain.makes_images:
+            return self.sorted(positions)
+        return self.skin.search(
+            positions, self.particles.changes, self.core_radius, self.level, self.domain
+        )
 
     def _quickest_level(self) -> int:
         """The level for the next search, after how many agents share a cell in this one.
@@ -174,6 +189,7 @@ class QuadLattice:
         """
         cells = self.cells
         self.particles.reorder(cells.row[cells.image == REAL] if len(cells.image) else cells.row)
+        self.skin.forget()
         self.forget()
 
     @property
