@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import mesa
@@ -87,6 +87,21 @@ class AgentParticle(mesa.Agent):
         if self._row is not None:
             super().remove()
             self.model.particles.remove(self)
+
+    @classmethod
+    def remove_agents(cls, agents: Iterable[AgentParticle]) -> None:
+        """Have many agents of one model leave it at once.
+
+        An agent whose class has a `remove` of its own leaves by that.
+        """
+        agents = [agent for agent in dict.fromkeys(agents) if agent._row is not None]
+        alike = [agent for agent in agents if type(agent).remove is AgentParticle.remove]
+        for agent in alike:
+            mesa.Agent.remove(agent)
+        if alike:
+            alike[0].model.particles.remove_all(alike)
+        for agent in agents:
+            agent.remove()
 
     def __repr__(self) -> str:
         name = f"{type(self).__name__} {self.unique_id}"

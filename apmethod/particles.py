@@ -6,7 +6,7 @@ values and a compiled step reads and writes whole arrays of the same memory.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -270,10 +270,19 @@ class Particles:
         agent._row = None
         self.changes += 1
 
+    def remove_all(self, agents: Collection[AgentParticle]) -> None:
+        """Take the rows of many agents away; the others move up, in the order they had."""
+        stays = np.ones(len(self), bool)
+        stays[[self.row(agent) for agent in agents]] = False
+        for agent in agents:
+            agent._row = None
+        self.reorder(np.flatnonzero(stays))
+        self.changes += 1
+
     def reorder(self, order: np.ndarray) -> None:
         """Put the agents of rows ``order`` into rows 0, 1, 2, ...; their handles follow."""
         for array in (self._kind, *self._arrays.values()):
-            array[: len(self)] = array[order]
+            array[: len(order)] = array[order]
         self._agents = [self._agents[row] for row in order.tolist()]
         for row, agent in enumerate(self._agents):
             agent._row = row

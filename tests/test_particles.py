@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mesa.agent import AgentSet
 
-from apmethod import AgentParticle, Column, ParticleModel
+from apmethod import AgentParticle, Column, DiffusingParticle, ParticleModel
 from samples import build
 
 
@@ -82,6 +82,37 @@ def test_a_removed_agent_says_so():
     with pytest.raises(ValueError, match="agent 1 has been removed"):
         _ = ant.energy
     assert len(model.agents) == len(model.particles) == 4
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sets(st.integers(0, 29)), st.sets(st.integers(0, 29)))
+def test_many_agents_leave_at_once(first, second):
+    model = build(30)
+    agents = model.particles.agents
+    masses = {agent: agent.mass for agent in agents}
+    for leaving in (first, second):
+        DiffusingParticle.remove_agents([agents[k] for k in leaving])
+    stay = [agent for k, agent in enumerate(agents) if k not in first | second]
+    assert list(model.particles.agents) == stay
+    assert set(model.agents) == set(stay)
+    assert [agent.mass for agent in stay] == [masses[agent] for agent in stay]
+    assert model.particles.mass.tolist() == [masses[agent] for agent in stay]
+    if len(stay) > 1:
+        model.step()
+
+
+def test_an_agent_with_its_own_way_to_leave_leaves_by_it():
+    class Heir(DiffusingParticle):
+        def remove(self):
+            DiffusingParticle(self.model, position=self.position, mass=self.mass)
+            super().remove()
+
+    model = build(4, agent_class=DiffusingParticle, others=[Heir])
+    mass = model.particles.mass.sum()
+    Heir.remove_agents([agent for agent in model.particles.agents if isinstance(agent, Heir)])
+    assert len(model.particles) == 4
+    assert not any(isinstance(agent, Heir) for agent in model.particles.agents)
+    assert model.particles.mass.sum() == pytest.approx(mass, rel=1e-15)
 
 
 def test_mesas_own_ways_work():
