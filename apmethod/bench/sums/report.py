@@ -31,6 +31,8 @@ def tables(results: dict[str, Any]) -> list[Table]:
         ("one search and sum of all agents, medians", head, rows),
         ("what each does, at the largest size", ("contender", "threads", "work"), [*work.values()]),
         _roofline(results),
+        _radii(results["radii"]),
+        _skins(results["skins"]),
     ]
 
 
@@ -52,6 +54,32 @@ def _roofline(results: dict[str, Any]) -> Table:
         if row["candidates_per_second"] is not None
     ]
     return f"what this processor could do ({ceilings['how']})", head, rows
+
+
+def _radii(rows: list[dict[str, Any]]) -> Table:
+    first = rows[0]["nanoseconds_a_neighbour"]
+    cells = [
+        (
+            row["scene"],
+            f"{row['neighbours']:.1f}",
+            f"{row['candidates']:.0f}",
+            ms(row["median_seconds"]),
+            f"{row['nanoseconds_a_neighbour']:.2f}",
+            times(row["nanoseconds_a_neighbour"] / first),
+        )
+        for row in rows
+    ]
+    head = ("scene", "neighbours", "candidates", "ms", "ns a neighbour", "times the first")
+    return f"core radii of agents' own, {rows[0]['agents']} agents", head, cells
+
+
+def _skins(rows: list[dict[str, Any]]) -> Table:
+    cells = [
+        (row["evaluation"], row["skin"], ms(row["median_seconds"]), times(row["times_default"]))
+        for row in rows
+    ]
+    head = ("evaluation", "skin", "ms", "times the default")
+    return "a search kept for all steps, agents at rest: the most that a skin can gain", head, cells
 
 
 def draw(results: dict[str, Any], path: Path) -> None:

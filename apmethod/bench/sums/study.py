@@ -19,6 +19,7 @@ from apmethod import KERNELS, brute_force_pairs
 from apmethod.bench.cloud import Cloud, core_radius_for
 from apmethod.bench.population import candidates, population
 from apmethod.bench.results import Disagreement, machine
+from apmethod.bench.sums import variants
 from apmethod.bench.sums.peers import Ours, installed_searches
 from apmethod.bench.sums.pysph_peer import PySPH
 from apmethod.bench.sums.roofline import roofline
@@ -31,6 +32,8 @@ SIZES = (1000, 16_000, 64_000, 256_000, 1_000_000)
 TOLERANCE = 1e-10
 #: All pairs are tried up to this many agents, to check the sums.
 _TRIED = 2000
+#: Crowds, radii and skins are tried with this many agents at the most.
+_VARIED = 64_000
 
 
 def study(
@@ -51,7 +54,8 @@ def study(
         report: called with the share done and the rounds made.
 
     Returns:
-        A dictionary with ``rows``, one for each size and contender, and ``roofline``.
+        A dictionary with ``rows``, one for each size and contender, ``roofline``, and the
+        costs of ``radii`` and ``skins``.
 
     Raises:
         Disagreement: if a contender's sums or number of pairs differ.
@@ -66,6 +70,7 @@ def study(
             rows += _at_size(size, rounds, pysph, seed, most, progress, ceilings)
     finally:
         set_threads(most)
+    size = min(sizes[-1], _VARIED)
     return {
         "benchmark": "sums",
         "machine": machine(),
@@ -73,6 +78,8 @@ def study(
         "checked": f"sums agree to {TOLERANCE:g} relative, numbers of pairs exactly (in single "
         f"precision to 1e-5); those of up to {_TRIED} agents with trying all pairs",
         "roofline": ceilings,
+        "radii": variants.radii(size, rounds, seed),
+        "skins": variants.skins(size, rounds, seed),
         "rows": rows,
     }
 
