@@ -97,7 +97,8 @@ class MessageBus:
         ``rows`` are the table's rows that the cells were made from, None for all.
         """
         try:
-            self._pass(cells, self._lists_of(cells), self._sums, rows)
+            sights = self.space.sights_of(cells)
+            self._pass(cells, self._lists_of(cells), self._sums, rows, sights)
         except NumbaError as error:
             names = ", ".join(term.name for term in self.terms)
             error.add_note(
@@ -142,7 +143,7 @@ class MessageBus:
         """What nobody sends: the agent's part of its own sums, and that of mirror images.
 
         The first goes to the terms that count the agent in; the second comes from beyond
-        the mirrored sides of the domain, if it has any.
+        walls and the mirrored sides of the domain, if there are any.
         """
         pair = self._pair(0.0, 0.0, self.smoothing_length)
         message: list[float] = []
@@ -151,7 +152,7 @@ class MessageBus:
                 message += self._weighed(term, term.values(pair, agent, agent), sender=agent)
             else:
                 message += [0.0] * (term.components or 1)
-        if self.space.domain.mirrors:
+        if self.space.mirrors:
             return tuple(np.add(message, self.reflected(agent)))
         return tuple(message)
 

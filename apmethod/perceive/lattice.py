@@ -16,6 +16,8 @@ from apmethod.perceive.pairs import neighbour_pairs
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
+    from apmethod.move.obstacles.collection import Obstacles
+    from apmethod.move.obstacles.sight import Lines, Sights
     from apmethod.particles import Particles
 
 #: More potential neighbours than any smoothing needs.
@@ -57,6 +59,9 @@ class QuadLattice:
         self._cells: SortedCells | None = None
         self._changes = -1
         self._warned = False
+        #: What agents do not perceive through, if there is anything.
+        self.obstacles: Obstacles | None = None
+        self._sights: list[tuple[SortedCells, Sights | None]] = []
         #: What agents have perceived in a way of their own, until they perceive again.
         self.perceived: dict[AgentParticle, list[AgentParticle]] = {}
         particles.checks["position"] = self.domain.check_positions
@@ -77,6 +82,7 @@ class QuadLattice:
     def take_down(self) -> None:
         """Sort the agents as they stand now into the sub-domains."""
         self.perceived.clear()
+        self._sights, self._lines = [], None
         self._potential: dict[int, list[tuple]] = {}
         self._entries: list[tuple] | None = None
         self._changes = self.particles.changes
@@ -99,7 +105,7 @@ class QuadLattice:
     def forget(self) -> None:
         """Answer the next question from where the agents stand then."""
         self.perceived.clear()
-        self._cells = None
+        self._cells, self._sights = None, []
 
     def sorted(self, positions: np.ndarray) -> SortedCells:
         """Any positions, of shape (n, 2), in this lattice's sub-domains."""
@@ -123,7 +129,27 @@ class QuadLattice:
 
     def pairs(self) -> np.ndarray:
         """All pairs of neighbours as rows i < j of the table, of shape (pairs, 2)."""
-        return neighbour_pairs(self.cells)
+        pairs, sights = neighbour_pairs(self.cells), self.sights_of(self.cells)
+        return pairs if sights is None else pairs[sights.see_each_other(pairs, self.cells.row)]
+
+    def sights_of(self, cells: SortedCells) -> Sights | None:
+        """Whom agents near walls see, of those in ``cells``; None if that is nothing special."""
+        if self.obstacles is None or self.obstacles.contributions == "through":
+            return None
+        for known, sights in self._sights:
+            if known is cells:
+                return sights
+        from apmethod.move.obstacles.sight import sights_of  # loaded where there are obstacles
+
+        sights = sights_of(self.obstacles, cells, self.domain)
+        self._sights.append((cells, sights))
+        return sights
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether agents may have mirror images, in the domain's sides or in walls."""
+        walls = self.obstacles is not None and self.obstacles.contributions == "mirrored"
+        return self.domain.mirrors or walls
 
     # -- one agent ---------------------------------------------------------------------
 
@@ -141,24 +167,34 @@ class QuadLattice:
         return self.domain.displacement(self.place_of(agent), self.place_of(other))
 
     def near(self, agent: AgentParticle, other: AgentParticle) -> bool:
-        """Whether two agents are closer than the core radius."""
-        return distance_2(*self.displacement(agent, other)) < self.core_radius * self.core_radius
+        """Whether two agents are closer than the core radius, with no wall in between."""
+        apart_2 = distance_2(*self.displacement(agent, other))
+        if not apart_2 < self.core_radius * self.core_radius:
+            return False
+        lines = self._lines_to(agent)
+        return lines is None or self.particles.row(other) in lines.straight
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
-        """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2)."""
+        """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2), in sight."""
         agents, me = self.particles._agents, self.particles.row(agent)
         x, y = self.place_of(agent)
         radius_2 = self.core_radius * self.core_radius
+        lines = self._lines_to(agent)
         neighbours = []
         for row, other_x, other_y, shift_x, shift_y in self.potential_neighbours(x, y):
             dx, dy = (x - other_x) - shift_x, (y - other_y) - shift_y
-            if distance_2(dx, dy) < radius_2 and row != me:
+            if distance_2(dx, dy) < radius_2 and row != me and (not lines or row in lines.straight):
                 neighbours.append(agents[row])
         return neighbours
 
     def mirrored_near(self, agent: AgentParticle) -> list[tuple[AgentParticle, float, float]]:
         """Agents whose mirror images are within the core radius, and x_i - x_j to the image."""
         cells, agents = self.cells, self.particles._agents
+        lines = self._lines_to(agent)
+        if lines is not None:
+            return [(agents[row], dx, dy) for row, dx, dy in lines.mirrored]
+        if not len(cells.image):
+            return []
         (x, y), radius_2 = self.place_of(agent), self.core_radius * self.core_radius
         low, high = cells.around(np.array([[x, y]]))
         found = []
@@ -169,6 +205,15 @@ class QuadLattice:
                     if distance_2(dx, dy) < radius_2:
                         found.append((agents[cells.row[k]], float(dx), float(dy)))
         return found
+
+    def _lines_to(self, agent: AgentParticle) -> Lines | None:
+        """The agent's lines of sight, if it is near a wall."""
+        sights = self.sights_of(self.cells)
+        if sights is None:
+            return None
+        if self._lines is None:
+            self._lines = sights.lines(self.cells.row)
+        return self._lines.get(self.particles.row(agent))
 
     def potential_neighbours(self, x: float, y: float) -> list[tuple]:
         """LpN of the sub-domain around (x, y), made once and shared by all agents in it.

@@ -1,0 +1,207 @@
+"""Mirror images among walls: the ways by which one place sees another in them.
+
+Contributions go along straight lines, and along lines that walls reflect, as light does.
+A reflected line from j to i is as long as the straight one from j to the image of i in the
+wall, and in several walls to the image of the image.  Each image is seen in a *beam*: the
+cone from it through its wall, narrowed to what the walls before let through.  Lines of
+sight that walls return this way cover each direction around an agent up to the core radius
+exactly once, whatever the walls' shape, so that a constant field has complete sums beside
+any of them and diffusion has no flux through them.  Beside straight walls, in boxes and in
+wedges of pi/n the images are those of the exact solution.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from apmethod.compile import inlined
+from apmethod.move.obstacles.borrowing import exact
+from apmethod.move.obstacles.predicates import MISS, meeting
+
+#: Walls that one line may be reflected by: enough for wedges down to 45 degrees, and for
+#: channels down to a quarter of the core radius.
+MOST_REFLECTIONS = 4
+#: Images of one place; those in more walls are left out first.
+MOST_BEAMS = 512
+
+#: What a wall does to lines: cut them; reflect them, too; or reflect only, as the mirrored
+#: sides of a domain do, beyond which nobody is.
+CUTS, REFLECTS, SIDE = range(3)
+
+
+class Beams(NamedTuple):
+    """The images of one place; number 0 is the place itself."""
+
+    place: np.ndarray  #: (beams, 2) where the image is
+    turn: np.ndarray  #: (beams, 4) matrix by which its frame is turned back to the place's
+    right: np.ndarray  #: (beams, 2) the beam's right edge as a vector from the image
+    left: np.ndarray  #: (beams, 2) the left edge
+    wall: np.ndarray  #: (beams,) the wall that it is the last image in, -1 for the place
+    parent: np.ndarray  #: (beams,) what it is the image of
+    depth: np.ndarray  #: (beams,) how many walls reflect it
+
+
+@inlined
+def empty_beams():
+    """Room for the beams of one place."""
+    most = MOST_BEAMS
+    return Beams(
+        np.empty((most, 2)), np.empty((most, 4)), np.empty((most, 2)), np.empty((most, 2)),
+        np.empty(most, np.int32), np.empty(most, np.int32), np.empty(most, np.int32),
+    )  # fmt: skip
+
+
+@exact
+def cross(ax, ay, bx, by):
+    """Above 0 where b is to the left of a."""
+    return ax * by - ay * bx
+
+
+@exact
+def side_of(walls, wall, x, y):
+    """Above 0 where (x, y) is to the left of a wall's line."""
+    ax, ay = walls[wall, 0], walls[wall, 1]
+    return cross(walls[wall, 2] - ax, walls[wall, 3] - ay, x - ax, y - ay)
+
+
+@exact
+def clipped(low, high, at_low, at_high):
+    """The part of [low, high] in which a linear function, given at 0 and at 1, is above 0."""
+    slope = at_high - at_low
+    if slope == 0.0:
+        return low, (high if at_low > 0.0 else low)
+    root = -at_low / slope
+    return (max(low, root), high) if slope > 0.0 else (low, min(high, root))
+
+
+@exact
+def window(beams, beam, walls, wall):
+    """The part of a wall that a beam falls on, as shares of its length: (low, high)."""
+    ax, ay, bx, by = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
+    low, high = 0.0, 1.0
+    last = beams.wall[beam]
+    if last >= 0:
+        x, y = beams.place[beam, 0], beams.place[beam, 1]
+        ax, ay, bx, by = ax - x, ay - y, bx - x, by - y
+        u, v = beams.right[beam, 0], beams.right[beam, 1]
+        low, high = clipped(low, high, cross(u, v, ax, ay), cross(u, v, bx, by))
+        u, v = beams.left[beam, 0], beams.left[beam, 1]
+        low, high = clipped(low, high, cross(ax, ay, u, v), cross(bx, by, u, v))
+        front = -1.0 if side_of(walls, last, x, y) > 0.0 else 1.0
+        low, high = clipped(
+            low, high, front * side_of(walls, last, x + ax, y + ay),
+            front * side_of(walls, last, x + bx, y + by),
+        )  # fmt: skip
+    return low, high
+
+
+@exact
+def reflect_in(beams, beam, new, walls, wall, low, high):
+    """Make the image of an image in a part of a wall."""
+    ax, ay = walls[wall, 0], walls[wall, 1]
+    along_x, along_y = walls[wall, 2] - ax, walls[wall, 3] - ay
+    length = np.hypot(along_x, along_y)
+    nx, ny = -along_y / length, along_x / length
+    x, y = beams.place[beam, 0], beams.place[beam, 1]
+    twice = 2.0 * ((x - ax) * nx + (y - ay) * ny)
+    x, y = x - twice * nx, y - twice * ny
+    beams.place[new, 0], beams.place[new, 1] = x, y
+    for line in (0, 2):
+        one, two = beams.turn[beam, line], beams.turn[beam, line + 1]
+        into = 2.0 * (one * nx + two * ny)
+        beams.turn[new, line], beams.turn[new, line + 1] = one - into * nx, two - into * ny
+    if twice > 0.0:  # seen from the right of the wall, its second end is the right one
+        low, high = high, low
+    beams.right[new, 0], beams.right[new, 1] = ax + low * along_x - x, ay + low * along_y - y
+    beams.left[new, 0], beams.left[new, 1] = ax + high * along_x - x, ay + high * along_y - y
+    beams.wall[new], beams.parent[new] = wall, beam
+    beams.depth[new] = beams.depth[beam] + 1
+
+
+@exact
+def reaches(beams, beam, walls, wall, low, high, radius):
+    """Whether a part of a wall is nearer to an image than the core radius."""
+    x, y = beams.place[beam, 0], beams.place[beam, 1]
+    along_x, along_y = walls[wall, 2] - walls[wall, 0], walls[wall, 3] - walls[wall, 1]
+    from_x, from_y = x - walls[wall, 0], y - walls[wall, 1]
+    share = (from_x * along_x + from_y * along_y) / (along_x * along_x + along_y * along_y)
+    share = min(max(share, low), high)
+    return np.hypot(from_x - share * along_x, from_y - share * along_y) < radius
+
+
+@exact
+def find_beams(beams, x, y, walls, kind, count, radius):
+    """Find the images of (x, y) in ``count`` walls, and images of those; how many there are."""
+    beams.place[0, 0], beams.place[0, 1] = x, y
+    beams.turn[0, 0], beams.turn[0, 1], beams.turn[0, 2], beams.turn[0, 3] = 1.0, 0.0, 0.0, 1.0
+    beams.wall[0], beams.parent[0], beams.depth[0] = -1, -1, 0
+    found, beam = 1, 0
+    while beam < found:
+        if beams.depth[beam] < MOST_REFLECTIONS:
+            for wall in range(count):
+                if kind[wall] == CUTS or wall == beams.wall[beam] or found == MOST_BEAMS:
+                    continue
+                low, high = window(beams, beam, walls, wall)
+                if low < high and reaches(beams, beam, walls, wall, low, high, radius):
+                    reflect_in(beams, beam, found, walls, wall, low, high)
+                    found += 1
+        beam += 1
+    return found
+
+
+@exact
+def in_sight(walls, kind, count, px, py, qx, qy):
+    """Whether no wall cuts the line from p to q, ends included: exact."""
+    for wall in range(count):
+        if kind[wall] != SIDE:
+            ax, ay, bx, by = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
+            if meeting(px, py, qx, qy, ax, ay, bx, by) != MISS:
+                return False
+    return True
+
+
+@exact
+def in_beam(beams, beam, walls, x, y, clearance):
+    """Whether (x, y) is in a beam, in front of its wall.
+
+    A line through the end of a wall, as from a place to its image in a corner, is that of
+    the beam which it is the right edge of: of one beam only, whatever the rounding.
+    """
+    image_x, image_y = beams.place[beam, 0], beams.place[beam, 1]
+    u, v = x - image_x, y - image_y
+    edge = clearance * np.hypot(u, v)
+    if cross(beams.right[beam, 0], beams.right[beam, 1], u, v) <= -edge:
+        return False
+    if cross(u, v, beams.left[beam, 0], beams.left[beam, 1]) <= edge:
+        return False
+    wall = beams.wall[beam]
+    return side_of(walls, wall, x, y) * side_of(walls, wall, image_x, image_y) < 0.0
+
+
+@exact
+def seen_in(beams, beam, walls, kind, count, x, y, clearance):
+    """Whether (x, y), in a beam, sees its place: no wall cuts the line from wall to wall.
+
+    The line turns a little in front of each wall, and beside its ends.  All of its legs are
+    then tried exactly on all walls, so that nothing leaks where walls touch.
+    """
+    while beam > 0:
+        wall = beams.wall[beam]
+        here = side_of(walls, wall, x, y)
+        there = side_of(walls, wall, beams.place[beam, 0], beams.place[beam, 1])
+        share = here / (here - there)
+        ax, ay = walls[wall, 0], walls[wall, 1]
+        along_x, along_y = walls[wall, 2] - ax, walls[wall, 3] - ay
+        length = np.hypot(along_x, along_y)
+        along_x, along_y = along_x / length, along_y / length
+        next_x = x + share * (beams.place[beam, 0] - x)
+        next_y = y + share * (beams.place[beam, 1] - y)
+        at = (next_x - ax) * along_x + (next_y - ay) * along_y
+        at = min(max(at, 2.0 * clearance), length - 2.0 * clearance)
+        off = 0.25 * clearance if here > 0.0 else -0.25 * clearance
+        next_x, next_y = ax + at * along_x - off * along_y, ay + at * along_y + off * along_x
+        if not in_sight(walls, kind, count, x, y, next_x, next_y):
+            return False
+        x, y = next_x, next_y
+        beam = beams.parent[beam]
+    return in_sight(walls, kind, count, x, y, beams.place[0, 0], beams.place[0, 1])
