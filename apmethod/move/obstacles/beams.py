@@ -58,10 +58,18 @@ def cross(ax, ay, bx, by):
 
 
 @exact
+def put_wall(walls, wall, ax, ay, bx, by):
+    """Write a wall: its ends, and its line as unit normal to the left and distance from 0."""
+    walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3] = ax, ay, bx, by
+    length = np.hypot(bx - ax, by - ay)
+    nx, ny = (ay - by) / length, (bx - ax) / length
+    walls[wall, 4], walls[wall, 5], walls[wall, 6] = nx, ny, nx * ax + ny * ay
+
+
+@exact
 def side_of(walls, wall, x, y):
-    """Above 0 where (x, y) is to the left of a wall's line."""
-    ax, ay = walls[wall, 0], walls[wall, 1]
-    return cross(walls[wall, 2] - ax, walls[wall, 3] - ay, x - ax, y - ay)
+    """How far (x, y) is to the left of a wall's line, to rounding."""
+    return walls[wall, 4] * x + walls[wall, 5] * y - walls[wall, 6]
 
 
 @exact
@@ -100,10 +108,9 @@ def reflect_in(beams, beam, new, walls, wall, low, high):
     """Make the image of an image in a part of a wall."""
     ax, ay = walls[wall, 0], walls[wall, 1]
     along_x, along_y = walls[wall, 2] - ax, walls[wall, 3] - ay
-    length = np.hypot(along_x, along_y)
-    nx, ny = -along_y / length, along_x / length
+    nx, ny = walls[wall, 4], walls[wall, 5]
     x, y = beams.place[beam, 0], beams.place[beam, 1]
-    twice = 2.0 * ((x - ax) * nx + (y - ay) * ny)
+    twice = 2.0 * side_of(walls, wall, x, y)
     x, y = x - twice * nx, y - twice * ny
     beams.place[new, 0], beams.place[new, 1] = x, y
     for line in (0, 2):
@@ -150,10 +157,17 @@ def find_beams(beams, x, y, walls, kind, count, radius):
 
 
 @exact
-def in_sight(walls, kind, count, px, py, qx, qy):
-    """Whether no wall cuts the line from p to q, ends included: exact."""
+def in_sight(walls, kind, count, px, py, qx, qy, clearance):
+    """Whether no wall cuts the line from p to q, ends included: exact.
+
+    Most walls have both ends clearly on one side, which is quick to see.
+    """
+    sure = 0.1 * clearance
     for wall in range(count):
         if kind[wall] != SIDE:
+            p_side, q_side = side_of(walls, wall, px, py), side_of(walls, wall, qx, qy)
+            if (p_side > sure and q_side > sure) or (p_side < -sure and q_side < -sure):
+                continue
             ax, ay, bx, by = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
             if meeting(px, py, qx, qy, ax, ay, bx, by) != MISS:
                 return False
@@ -161,15 +175,15 @@ def in_sight(walls, kind, count, px, py, qx, qy):
 
 
 @exact
-def in_beam(beams, beam, walls, x, y, clearance):
+def in_beam(beams, beam, walls, x, y, edge):
     """Whether (x, y) is in a beam, in front of its wall.
 
     A line through the end of a wall, as from a place to its image in a corner, is that of
-    the beam which it is the right edge of: of one beam only, whatever the rounding.
+    the beam which it is the right edge of: of one beam only, whatever the rounding.  The
+    beam's edges are turned by ``edge``, an area far above the rounding.
     """
     image_x, image_y = beams.place[beam, 0], beams.place[beam, 1]
     u, v = x - image_x, y - image_y
-    edge = clearance * np.hypot(u, v)
     if cross(beams.right[beam, 0], beams.right[beam, 1], u, v) <= -edge:
         return False
     if cross(u, v, beams.left[beam, 0], beams.left[beam, 1]) <= edge:
@@ -191,17 +205,17 @@ def seen_in(beams, beam, walls, kind, count, x, y, clearance):
         there = side_of(walls, wall, beams.place[beam, 0], beams.place[beam, 1])
         share = here / (here - there)
         ax, ay = walls[wall, 0], walls[wall, 1]
-        along_x, along_y = walls[wall, 2] - ax, walls[wall, 3] - ay
-        length = np.hypot(along_x, along_y)
-        along_x, along_y = along_x / length, along_y / length
+        nx, ny = walls[wall, 4], walls[wall, 5]
+        along_x, along_y = ny, -nx
+        length = (walls[wall, 2] - ax) * along_x + (walls[wall, 3] - ay) * along_y
         next_x = x + share * (beams.place[beam, 0] - x)
         next_y = y + share * (beams.place[beam, 1] - y)
         at = (next_x - ax) * along_x + (next_y - ay) * along_y
         at = min(max(at, 2.0 * clearance), length - 2.0 * clearance)
         off = 0.25 * clearance if here > 0.0 else -0.25 * clearance
-        next_x, next_y = ax + at * along_x - off * along_y, ay + at * along_y + off * along_x
-        if not in_sight(walls, kind, count, x, y, next_x, next_y):
+        next_x, next_y = ax + at * along_x + off * nx, ay + at * along_y + off * ny
+        if not in_sight(walls, kind, count, x, y, next_x, next_y, clearance):
             return False
         x, y = next_x, next_y
         beam = beams.parent[beam]
-    return in_sight(walls, kind, count, x, y, beams.place[0, 0], beams.place[0, 1])
+    return in_sight(walls, kind, count, x, y, beams.place[0, 0], beams.place[0, 1], clearance)

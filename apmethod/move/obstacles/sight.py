@@ -21,6 +21,7 @@ from apmethod.move.obstacles.beams import (
     find_beams,
     in_beam,
     in_sight,
+    put_wall,
     seen_in,
 )
 from apmethod.move.obstacles.behaviour import ABSORB
@@ -183,9 +184,9 @@ def look_around(
     """List whom the places of each chunk see; what there is no room for is only counted."""
     waiting, tried = np.empty(len(tree.axis), np.int32), np.full(len(walls.turn), -1, np.int64)
     most = len(shifts) * len(walls.turn) + 4
-    near, kind = np.empty((most, 4)), np.empty(most, np.int8)
+    near, kind = np.empty((most, 7)), np.empty(most, np.int8)
     beams = empty_beams()
-    radius_2 = radius * radius
+    radius_2, edge = radius * radius, clearance * radius
     for chunk in range(first, last):
         start, full = chunk * room, (chunk + 1) * room
         at = start
@@ -211,7 +212,7 @@ def look_around(
                     if not distance_2(apart_x, apart_y) < radius_2:
                         continue  # a reflected line is longer still
                     if j != own[k] and in_sight(
-                        near, kind, count, here_x, here_y, there_x, there_y
+                        near, kind, count, here_x, here_y, there_x, there_y, clearance
                     ):
                         if at < full:
                             other[at], straight[at] = j, True
@@ -223,7 +224,7 @@ def look_around(
                         apart_y = beams.turn[beam, 2] * u + beams.turn[beam, 3] * v
                         if not distance_2(apart_x, apart_y) < radius_2:
                             continue
-                        if not in_beam(beams, beam, near, there_x, there_y, clearance):
+                        if not in_beam(beams, beam, near, there_x, there_y, edge):
                             continue
                         if seen_in(beams, beam, near, kind, count, there_x, there_y, clearance):
                             if at < full:
@@ -264,8 +265,7 @@ def walls_near(
             bx, by = walls.ends[0, wall, 2], walls.ends[0, wall, 3]
             off_x, off_y, _ = to_wall(x, y, ax, ay, bx, by)
             if distance_2(off_x, off_y) <= radius * radius:
-                near[count, 0], near[count, 1] = ax + shift_x, ay + shift_y
-                near[count, 2], near[count, 3] = bx + shift_x, by + shift_y
+                put_wall(near, count, ax + shift_x, ay + shift_y, bx + shift_x, by + shift_y)
                 kind[count] = kinds[walls.obstacle[wall]]
                 count += 1
     return count
@@ -282,9 +282,12 @@ def sides_near(x, y, radius, limits, mirrored, near, kind, count):
         if mirrored[1 - axis]:
             low, high = max(low, limits[0, 1 - axis]), min(high, limits[1, 1 - axis])
         for side in range(2):
-            if abs(limits[side, axis] - here) < radius:
-                near[count, axis], near[count, axis + 2] = limits[side, axis], limits[side, axis]
-                near[count, 1 - axis], near[count, 3 - axis] = low, high
+            border = limits[side, axis]
+            if abs(border - here) < radius:
+                if axis == 0:
+                    put_wall(near, count, border, low, border, high)
+                else:
+                    put_wall(near, count, low, border, high, border)
                 kind[count] = SIDE
                 count += 1
     return count
