@@ -137,7 +137,70 @@ def reaches(beams, beam, walls, wall, low, high, radius):
 
 
 @exact
-def find_beams(beams, x, y, walls, kind, count, radius):
+def cuts(walls, wall, px, py, qx, qy, clearance):
+    """Whether a wall cuts the line from p to q, ends included: exact.
+
+    Most walls have both ends clearly on one side, which is quick to see.
+    """
+    sure = 0.1 * clearance
+    p_side, q_side = side_of(walls, wall, px, py), side_of(walls, wall, qx, qy)
+    if (p_side > sure and q_side > sure) or (p_side < -sure and q_side < -sure):
+        return False
+    ax, ay, bx, by = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
+    return meeting(px, py, qx, qy, ax, ay, bx, by) != MISS
+
+
+@exact
+def in_sight(walls, kind, count, px, py, qx, qy, clearance):
+    """Whether no wall cuts the line from p to q."""
+    for wall in range(count):
+        if kind[wall] != SIDE and cuts(walls, wall, px, py, qx, qy, clearance):
+            return False
+    return True
+
+
+@exact
+def turning_place(walls, wall, x, y, image_x, image_y, clearance):
+    """Where a line from (x, y) to an image turns: a little in front of the wall."""
+    here, there = side_of(walls, wall, x, y), side_of(walls, wall, image_x, image_y)
+    share = here / (here - there)
+    ax, ay = walls[wall, 0], walls[wall, 1]
+    nx, ny = walls[wall, 4], walls[wall, 5]
+    length = (walls[wall, 2] - ax) * ny - (walls[wall, 3] - ay) * nx
+    at = (x + share * (image_x - x) - ax) * ny - (y + share * (image_y - y) - ay) * nx
+    at = min(max(at, 2.0 * clearance), length - 2.0 * clearance)
+    off = 0.25 * clearance if here > 0.0 else -0.25 * clearance
+    return ax + at * ny + off * nx, ay - at * nx + off * ny
+
+
+@exact
+def hidden(beams, beam, walls, kind, count, wall, low, high, clearance):
+    """Whether a single wall hides a part of a wall from a beam: it cuts the lines to both ends."""
+    x, y, last = beams.place[beam, 0], beams.place[beam, 1], beams.wall[beam]
+    ax, ay = walls[wall, 0], walls[wall, 1]
+    along_x, along_y = walls[wall, 2] - ax, walls[wall, 3] - ay
+    off = 0.25 * clearance if side_of(walls, wall, x, y) > 0.0 else -0.25 * clearance
+    ax, ay = ax + off * walls[wall, 4], ay + off * walls[wall, 5]
+    one_x, one_y = ax + low * along_x, ay + low * along_y
+    two_x, two_y = ax + high * along_x, ay + high * along_y
+    from_x, from_y, at_x, at_y = x, y, x, y
+    if last >= 0:
+        from_x, from_y = turning_place(walls, last, one_x, one_y, x, y, clearance)
+        at_x, at_y = turning_place(walls, last, two_x, two_y, x, y, clearance)
+    for other in range(count):
+        if (
+            kind[other] != SIDE
+            and other != wall
+            and other != last
+            and cuts(walls, other, from_x, from_y, one_x, one_y, clearance)
+            and cuts(walls, other, at_x, at_y, two_x, two_y, clearance)
+        ):
+            return True
+    return False
+
+
+@exact
+def find_beams(beams, x, y, walls, kind, count, radius, clearance):
     """Find the images of (x, y) in ``count`` walls, and images of those; how many there are."""
     beams.place[0, 0], beams.place[0, 1] = x, y
     beams.turn[0, 0], beams.turn[0, 1], beams.turn[0, 2], beams.turn[0, 3] = 1.0, 0.0, 0.0, 1.0
@@ -149,29 +212,13 @@ def find_beams(beams, x, y, walls, kind, count, radius):
                 if kind[wall] == CUTS or wall == beams.wall[beam] or found == MOST_BEAMS:
                     continue
                 low, high = window(beams, beam, walls, wall)
-                if low < high and reaches(beams, beam, walls, wall, low, high, radius):
+                if not (low < high and reaches(beams, beam, walls, wall, low, high, radius)):
+                    continue
+                if not hidden(beams, beam, walls, kind, count, wall, low, high, clearance):
                     reflect_in(beams, beam, found, walls, wall, low, high)
                     found += 1
         beam += 1
     return found
-
-
-@exact
-def in_sight(walls, kind, count, px, py, qx, qy, clearance):
-    """Whether no wall cuts the line from p to q, ends included: exact.
-
-    Most walls have both ends clearly on one side, which is quick to see.
-    """
-    sure = 0.1 * clearance
-    for wall in range(count):
-        if kind[wall] != SIDE:
-            p_side, q_side = side_of(walls, wall, px, py), side_of(walls, wall, qx, qy)
-            if (p_side > sure and q_side > sure) or (p_side < -sure and q_side < -sure):
-                continue
-            ax, ay, bx, by = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
-            if meeting(px, py, qx, qy, ax, ay, bx, by) != MISS:
-                return False
-    return True
 
 
 @exact
@@ -196,24 +243,14 @@ def in_beam(beams, beam, walls, x, y, edge):
 def seen_in(beams, beam, walls, kind, count, x, y, clearance):
     """Whether (x, y), in a beam, sees its place: no wall cuts the line from wall to wall.
 
-    The line turns a little in front of each wall, and beside its ends.  All of its legs are
-    then tried exactly on all walls, so that nothing leaks where walls touch.
+    The line turns a little in front of each wall.  All of its legs are then tried exactly
+    on all walls, so that nothing leaks where walls touch.
     """
     while beam > 0:
         wall = beams.wall[beam]
-        here = side_of(walls, wall, x, y)
-        there = side_of(walls, wall, beams.place[beam, 0], beams.place[beam, 1])
-        share = here / (here - there)
-        ax, ay = walls[wall, 0], walls[wall, 1]
-        nx, ny = walls[wall, 4], walls[wall, 5]
-        along_x, along_y = ny, -nx
-        length = (walls[wall, 2] - ax) * along_x + (walls[wall, 3] - ay) * along_y
-        next_x = x + share * (beams.place[beam, 0] - x)
-        next_y = y + share * (beams.place[beam, 1] - y)
-        at = (next_x - ax) * along_x + (next_y - ay) * along_y
-        at = min(max(at, 2.0 * clearance), length - 2.0 * clearance)
-        off = 0.25 * clearance if here > 0.0 else -0.25 * clearance
-        next_x, next_y = ax + at * along_x + off * nx, ay + at * along_y + off * ny
+        next_x, next_y = turning_place(
+            walls, wall, x, y, beams.place[beam, 0], beams.place[beam, 1], clearance
+        )
         if not in_sight(walls, kind, count, x, y, next_x, next_y, clearance):
             return False
         x, y = next_x, next_y

@@ -199,7 +199,7 @@ def look_around(
                     waiting, tried, k * len(shifts) + shift, near, kind, count,
                 )  # fmt: skip
             count = sides_near(here_x, here_y, radius, limits, mirrored, near, kind, count)
-            images = find_beams(beams, here_x, here_y, near, kind, count, radius)
+            images = find_beams(beams, here_x, here_y, near, kind, count, radius, clearance)
             begin[k] = at
             for run in range(low.shape[1]):
                 for j in range(low[k, run], high[k, run]):
