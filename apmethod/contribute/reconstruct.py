@@ -40,7 +40,8 @@ def reconstruct(
         smoothing_length: h of the kernel, about twice the agents' spacing.
         kernel: smoothing kernel.
         domain: periodic sides are seen across, and mirrored ones mirror the field.
-        obstacles: walls that the field is not seen through, and that mirror it.
+        obstacles: walls that the field is not seen through, and that mirror it; in them it
+            is 0.
 
     Returns:
         u, mass per area, of shape (n,).
@@ -75,6 +76,7 @@ def reconstruct(
                 sights.end, sights.other, sights.dx, sights.dy, masses, smoothing_length, values,
                 least=1000,
             )  # fmt: skip
+        values[obstacles.occupied(points)] = 0.0
     return values
 
 

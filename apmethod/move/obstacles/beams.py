@@ -58,12 +58,13 @@ def cross(ax, ay, bx, by):
 
 
 @exact
-def put_wall(walls, wall, ax, ay, bx, by):
-    """Write a wall: its ends, and its line as unit normal to the left and distance from 0."""
+def put_wall(walls, wall, ax, ay, bx, by, free):
+    """Write a wall: ends, its line as unit normal to the left and distance from 0, free side."""
     walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3] = ax, ay, bx, by
     length = np.hypot(bx - ax, by - ay)
     nx, ny = (ay - by) / length, (bx - ax) / length
     walls[wall, 4], walls[wall, 5], walls[wall, 6] = nx, ny, nx * ax + ny * ay
+    walls[wall, 7] = free
 
 
 @exact
@@ -200,6 +201,24 @@ def hidden(beams, beam, walls, kind, count, wall, low, high, clearance):
 
 
 @exact
+def put_facing_first(walls, kind, count, x, y, clearance):
+    """Put the walls first that may be seen from (x, y), outside of all obstacles; their number.
+
+    The other walls of solid obstacles are seen from inside: lines from here that meet one
+    have met another before.
+    """
+    facing = 0
+    for wall in range(count):
+        if side_of(walls, wall, x, y) * walls[wall, 7] >= -clearance:
+            if facing < wall:
+                for part in range(8):
+                    walls[facing, part], walls[wall, part] = walls[wall, part], walls[facing, part]
+                kind[facing], kind[wall] = kind[wall], kind[facing]
+            facing += 1
+    return facing
+
+
+@exact
 def find_beams(beams, x, y, walls, kind, count, radius, clearance):
     """Find the images of (x, y) in ``count`` walls, and images of those; how many there are."""
     beams.place[0, 0], beams.place[0, 1] = x, y
@@ -211,6 +230,9 @@ def find_beams(beams, x, y, walls, kind, count, radius, clearance):
             for wall in range(count):
                 if kind[wall] == CUTS or wall == beams.wall[beam] or found == MOST_BEAMS:
                     continue
+                side = side_of(walls, wall, beams.place[beam, 0], beams.place[beam, 1])
+                if side * walls[wall, 7] < 0.0:
+                    continue  # it would be met from inside
                 low, high = window(beams, beam, walls, wall)
                 if not (low < high and reaches(beams, beam, walls, wall, low, high, radius)):
                     continue

@@ -87,6 +87,7 @@ class Layout:
             np.zeros((3, total, 4)),
             np.full(total, STILL, np.int32),
             np.repeat(np.arange(len(obstacles), dtype=np.int32), counts),
+            np.concatenate([np.zeros(0, np.int8), *(obstacle.free for obstacle in obstacles)]),
         )
         self._whole = np.zeros(total, np.bool_)
         for obstacle, numbers in zip(obstacles, self._slices, strict=True):

@@ -21,6 +21,7 @@ from apmethod.move.obstacles.beams import (
     find_beams,
     in_beam,
     in_sight,
+    put_facing_first,
     put_wall,
     seen_in,
 )
@@ -184,7 +185,7 @@ def look_around(
     """List whom the places of each chunk see; what there is no room for is only counted."""
     waiting, tried = np.empty(len(tree.axis), np.int32), np.full(len(walls.turn), -1, np.int64)
     most = len(shifts) * len(walls.turn) + 4
-    near, kind = np.empty((most, 7)), np.empty(most, np.int8)
+    near, kind = np.empty((most, 8)), np.empty(most, np.int8)
     beams = empty_beams()
     radius_2, edge = radius * radius, clearance * radius
     for chunk in range(first, last):
@@ -199,6 +200,7 @@ def look_around(
                     waiting, tried, k * len(shifts) + shift, near, kind, count,
                 )  # fmt: skip
             count = sides_near(here_x, here_y, radius, limits, mirrored, near, kind, count)
+            facing = put_facing_first(near, kind, count, here_x, here_y, clearance)
             images = find_beams(beams, here_x, here_y, near, kind, count, radius, clearance)
             begin[k] = at
             for run in range(low.shape[1]):
@@ -212,7 +214,7 @@ def look_around(
                     if not distance_2(apart_x, apart_y) < radius_2:
                         continue  # a reflected line is longer still
                     if j != own[k] and in_sight(
-                        near, kind, count, here_x, here_y, there_x, there_y, clearance
+                        near, kind, facing, here_x, here_y, there_x, there_y, clearance
                     ):
                         if at < full:
                             other[at], straight[at] = j, True
@@ -265,7 +267,10 @@ def walls_near(
             bx, by = walls.ends[0, wall, 2], walls.ends[0, wall, 3]
             off_x, off_y, _ = to_wall(x, y, ax, ay, bx, by)
             if distance_2(off_x, off_y) <= radius * radius:
-                put_wall(near, count, ax + shift_x, ay + shift_y, bx + shift_x, by + shift_y)
+                put_wall(
+                    near, count, ax + shift_x, ay + shift_y, bx + shift_x, by + shift_y,
+                    walls.free[wall],
+                )  # fmt: skip
                 kind[count] = kinds[walls.obstacle[wall]]
                 count += 1
     return count
@@ -285,9 +290,9 @@ def sides_near(x, y, radius, limits, mirrored, near, kind, count):
             border = limits[side, axis]
             if abs(border - here) < radius:
                 if axis == 0:
-                    put_wall(near, count, border, low, border, high)
+                    put_wall(near, count, border, low, border, high, 0.0)
                 else:
-                    put_wall(near, count, low, border, high, border)
+                    put_wall(near, count, low, border, high, border, 0.0)
                 kind[count] = SIDE
                 count += 1
     return count
