@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.contribute.sample import Field
+from apmethod.perceive.domain import Domain
 
 if TYPE_CHECKING:
     from apmethod.move.obstacles.collection import Obstacles
@@ -25,7 +26,7 @@ _PARTS = 12
 
 def fit_to_walls(
     obstacles: Obstacles, field: Field, positions: np.ndarray, masses: np.ndarray,
-    spacings: tuple[float, float], least: float,
+    spacings: tuple[float, float], least: float, domain: Domain,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Agents on a lattice, and those beside walls where these cut their squares.
 
@@ -36,6 +37,7 @@ def fit_to_walls(
         masses: of the agents there, (n,).
         spacings: of the lattice along x and y.
         least: value of u below which a part is left without an agent.
+        domain: where agents may be.
 
     Returns:
         positions and masses of all agents; those whose squares no wall cuts come first.
@@ -44,12 +46,15 @@ def fit_to_walls(
     reach = 0.5 * np.hypot(*spacings)
     cut = obstacles.near(positions, reach)
     nodes = _around(positions[obstacles.near(positions, 3.0 * reach)], size)
+    nodes = nodes[((nodes >= domain.lower) & (nodes <= domain.upper)).all(axis=1)]
     nodes = nodes[obstacles.near(nodes, reach)]
     if not len(nodes):
         return positions, masses
     line = (np.arange(_POINTS) + 0.5) / _POINTS - 0.5
     within = np.column_stack([part.ravel() for part in np.meshgrid(line, line)]) * size
     places, areas = _parts(obstacles, nodes, within, float(size.prod()))
+    if not domain.is_open:  # a square may reach across a periodic side
+        places = np.array([domain.place(x, y) for x, y in places.tolist()])
     values = np.asarray(field(*places.T), float)
     kept = values > least
     return (

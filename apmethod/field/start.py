@@ -103,7 +103,9 @@ def _beside(obstacles: Obstacles, field: Field, count: int, corners, options) ->
     positions, masses, spacing = sample(outside, count, *corners, **options)
     spacings = tuple(spacing_along(positions[:, axis], spacing) for axis in range(2))
     least = options["least"] * float(outside(*positions.T).max())
-    positions, masses = fit_to_walls(obstacles, field, positions, masses, spacings, least)
+    positions, masses = fit_to_walls(
+        obstacles, field, positions, masses, spacings, least, options["domain"]
+    )
     return Start(positions, masses, spacing, 0.0)
 
 

@@ -172,7 +172,7 @@ def test_a_constant_field_is_constant_beside_any_wall():
         nodes = nodes[~obstacles.occupied(nodes)]
         masses = np.full(len(nodes), spacing**2)
         agents = fit_to_walls(
-            obstacles, lambda x, y: np.ones_like(x), nodes, masses, (spacing, spacing), 0.0
+            obstacles, lambda x, y: np.ones_like(x), nodes, masses, (spacing, spacing), 0.0, Open()
         )
         free = points[~obstacles.occupied(points)]
         u = reconstruct(free, *agents, 0.025, KERNELS["gaussian"], obstacles=obstacles)
