@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from apmethod import Domain, FieldModel, Mirrored, Periodic, Polygon, Polyline, square
+from apmethod import Domain, FieldModel, Mirrored, Obstacles, Periodic, Polygon, Polyline, square
 from apmethod.field.start import lay
-from apmethod.move.obstacles.collection import Obstacles
 
 
 def laid(obstacles, field, count, domain, **options):

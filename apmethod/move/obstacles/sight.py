@@ -170,7 +170,7 @@ def _look(
             look_around, chunks, room, points, own, low, high, cells.x, cells.y, cells.shift_x,
             cells.shift_y, cells.image, cells.core_radius, obstacles.tree, obstacles.walls, kinds,
             _shifts(domain), limits, mirrored, obstacles.clearance, begin, end, other, dx, dy,
-            straight, taken, least=4,
+            straight, taken, least=12,
         )  # fmt: skip
         if taken.max() <= room:
             return Sights(place, begin, end, other, dx, dy, straight)

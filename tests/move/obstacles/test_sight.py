@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from apmethod import KERNELS, Bounded, Mirrored, Obstacles, Periodic, Polyline, reconstruct, square
+from apmethod.compile import set_threads, threads
 from apmethod.field.beside import fit_to_walls
 from apmethod.move.obstacles.sight import sights_of
 from apmethod.perceive.domain import Open
@@ -203,3 +204,18 @@ def test_far_walls_change_no_sum():
     bounded = Bounded((0, 0), (9, 9))
     far = sums(positions, [square((7.0, 7.0), 0.5)], domain=bounded)
     assert (far == sums(positions, None, domain=bounded)).all()
+
+
+def test_sums_near_walls_have_the_same_bits_on_any_number_of_threads():
+    walls = random_obstacles(np.random.default_rng(4), moving=False)
+    positions = places(3000)
+    positions = positions[~Obstacles(walls).occupied(positions)]
+    before, found = threads(), []
+    try:
+        for count in (1, 2, 3):
+            set_threads(count)
+            found.append(sums(positions, walls, core_radius=0.08))
+    finally:
+        set_threads(before)
+    assert (found[0] == found[1]).all()
+    assert (found[0] == found[2]).all()
