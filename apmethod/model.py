@@ -160,7 +160,7 @@ class ParticleModel(mesa.Model):
             self.procedure.take_turns("end", dt)
             time = self._landed(dt)
             if self.obstacles is not None:
-                self.obstacles.end(self, time)
+                self.obstacles.end(time, self.steps)
             self.elapsed = time
             # What Mesa's batch runs and browser page go by.
             self.running = self.until is None or self.elapsed < self.until

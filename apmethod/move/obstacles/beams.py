@@ -7,7 +7,8 @@ cone from it through its wall, narrowed to what the walls before let through.  L
 sight that walls return this way cover each direction around an agent up to the core radius
 exactly once, whatever the walls' shape, so that a constant field has complete sums beside
 any of them and diffusion has no flux through them.  Beside straight walls, in boxes and in
-wedges of pi/n the images are those of the exact solution.
+wedges of pi/n the images are those of the exact solution; around the outer corners of
+obstacles no images are, and these only complete the sums.
 """
 
 from typing import NamedTuple

@@ -19,7 +19,6 @@ from apmethod.perceive.domain import Domain
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
-    from apmethod.model import ParticleModel
 
 #: What agents feel of each other where walls are.
 CONTRIBUTIONS = ("mirrored", "blocked", "through")
@@ -137,6 +136,7 @@ class Obstacles(Questions):
 
     def begin(self, time: float, dt: float) -> None:
         """Find where moving obstacles will go in a step, and let planes follow them."""
+        self.time = time
         self._particles.array("_fate")[:] = FREE
         self._particles.array("_tried")[:] = 0
         if not self._moving:
@@ -206,8 +206,12 @@ class Obstacles(Questions):
         agents, fates = self._particles.agents, self._particles.array("_fate")
         return [(agents[row], self[number(fates[row])]) for row in rows]
 
-    def end(self, model: ParticleModel, time: float) -> None:
+    def end(self, time: float, step: int = 0) -> None:
         """The step is done: obstacles are where they were to go, and agents taken leave.
+
+        Args:
+            time: at the end of the step.
+            step: its number, for the error.
 
         Raises:
             StepFailed: if an agent has been left no place, and that is to stop the run.
@@ -219,8 +223,8 @@ class Obstacles(Questions):
             raise StepFailed(
                 f"agent {agent.unique_id} ({type(agent).__name__}) at {agent.position.tolist()}"
                 f"{others} is squeezed: {obstacle.name} leaves it no place to go to",
-                model.steps,
-                model.elapsed,
+                step,
+                self.time,
             )
         absorbed = self._taken(self._particles.array("_fate") > FREE, lambda fate: fate)
         for agent, obstacle in squeezed:
