@@ -52,7 +52,8 @@ class ParticleModel(mesa.Model):
         dt: time step; None lets the model choose each one, inside the stability limit.
         radius_rule: makes the core radius follow something; None keeps it.
         skills: what the agents can do besides, such as `SignalField`.
-        obstacles: what agents cannot pass, an `Obstacles` or a list of them.
+        obstacles: what agents can neither pass nor feel each other through, an `Obstacles`
+            or a list of them.
         level: p of the quad-lattice, 4^p sub-domains a cell.
         evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
         tier: "compiled", or "agents" to run every step agent by agent in Python.

@@ -89,8 +89,7 @@ class RoundPass:
         if sights is not None:
             from apmethod.message.sighted import sum_over_sights  # where there are obstacles
 
-            terms, kernel, reads, _ = scene
-            sum_over_sights(terms, kernel, reads, sights, cells.core_radius, row, table, sums)
+            sum_over_sights(*scene[:3], sights, cells.core_radius, row, table, sums)
 
     def _components(self) -> Iterator[np.ndarray]:
         """The columns that the terms read, vectors by component."""
