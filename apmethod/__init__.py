@@ -24,7 +24,8 @@ _HOMES = {
     "apmethod.move.diffusion": ("FORMS", "Diffusion"),
     "apmethod.move.integrate": ("INTEGRATORS", "Integrator"),
     "apmethod.move.law": ("Flow", "Law", "Now"),
-    "apmethod.move.obstacles.collection": ("KdDomain", "Obstacles"),
+    "apmethod.move.obstacles.collection": ("Obstacles",),
+    "apmethod.move.obstacles.questions": ("KdDomain",),
     "apmethod.move.obstacles.shapes": (
         "Obstacle",
         "Polygon",

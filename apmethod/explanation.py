@@ -73,7 +73,10 @@ def _move(model: ParticleModel) -> str:
 def _obstacles(model: ParticleModel) -> str:
     domains = model.obstacles.domains()
     empty = sum(not domain.obstacles for domain in domains)
-    return f"{model.obstacles!r}, in {len(domains)} kd-tree-domains, {empty} of them empty"
+    return (
+        f"{model.obstacles!r}, in {len(domains)} kd-tree-domains, {empty} of them empty; "
+        f"contributions {model.obstacles.contributions}"
+    )
 
 
 def _borders(model: ParticleModel) -> str:

@@ -52,7 +52,8 @@ class ParticleModel(mesa.Model):
         dt: time step; None lets the model choose each one, inside the stability limit.
         radius_rule: makes the core radius follow something; None keeps it.
         skills: what the agents can do besides, such as `SignalField`.
-        obstacles: what agents cannot pass, an `Obstacles` or a list of them.
+        obstacles: what agents can neither pass nor feel each other through, an `Obstacles`
+            or a list of them.
         level: p of the quad-lattice, 4^p sub-domains a cell; None takes the quicker of 0, 1.
         skin: share of the core radius by which a search reaches further, to serve several steps.
         evaluation: how compiled sums are taken: "gathered", "scattered", "stored" or "auto".
@@ -111,11 +112,10 @@ class ParticleModel(mesa.Model):
             skill.attach(self)
         for law in laws:
             law.check(self.kernel)
-        self.obstacles = None if obstacles is None else _collected(obstacles)
         self.motion = Motion(
-            self.particles, self.space.domain, laws, integrator_named(integrator), self.obstacles,
-            self.kernel,
-        )  # fmt: skip
+            self.particles, self.space, laws, integrator_named(integrator), obstacles, self.kernel
+        )
+        self.obstacles = self.motion.obstacles
         wanted = _unique(
             [*(t for law in laws for t in law.terms), *terms, *_declared_terms(classes)]
         )
@@ -159,9 +159,10 @@ class ParticleModel(mesa.Model):
             self.finish(dt)
             self._check_finite()
             self.procedure.take_turns("end", dt)
-            self.elapsed = self._landed(dt)
+            time = self._landed(dt)
             if self.obstacles is not None:
-                self._end_obstacles()
+                self.obstacles.end(time, self.steps)
+            self.elapsed = time
             # What Mesa's batch runs and browser page go by.
             self.running = self.until is None or self.elapsed < self.until
 
@@ -281,21 +282,6 @@ class ParticleModel(mesa.Model):
                 self.elapsed,
             )
 
-    def _end_obstacles(self) -> None:
-        """Obstacles take agents that they have absorbed; one without a place stops the run."""
-        squeezed = self.obstacles.squeezed_agents()
-        if squeezed and self.obstacles.on_squeezed == "stop":
-            self.elapsed = self.motion.time
-            agent, obstacle = squeezed[0]
-            others = f" and {len(squeezed) - 1} more" if len(squeezed) > 1 else ""
-            raise StepFailed(
-                f"agent {agent.unique_id} ({type(agent).__name__}) at {agent.position.tolist()}"
-                f"{others} is squeezed: {obstacle.name} leaves it no place to go to",
-                self.steps,
-                self.elapsed,
-            )
-        self.obstacles.end(self.elapsed)
-
     # -- in numbers --------------------------------------------------------------------
 
     def diagnostics(self) -> dict[str, float]:
@@ -314,16 +300,10 @@ class ParticleModel(mesa.Model):
             "core_radius": self.space.core_radius,
         }
         if self.obstacles is not None:
-            numbers["absorbed"] = self.obstacles.absorbed
+            numbers |= self.obstacles.diagnostics()
         for skill in self.skills:
             numbers |= skill.diagnostics()
         return numbers
-
-
-def _collected(obstacles: Obstacles | Sequence[Obstacle]) -> Obstacles:
-    from apmethod.move.obstacles.collection import Obstacles  # costs nothing where there are none
-
-    return obstacles if isinstance(obstacles, Obstacles) else Obstacles(obstacles)
 
 
 def _declared_terms(classes: Sequence[type]) -> list[Term]:

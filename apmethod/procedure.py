@@ -139,7 +139,7 @@ class Procedure:
                 bus.post(agent, other, theirs)
                 if agent.perceives(other):
                     bus.post(other, agent, mine)
-        if space.domain.mirrors:
+        if space.mirrors:
             near_images = {
                 each for agent in self._agents for each, *_ in space.mirrored_near(agent)
             }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,10 @@ from apmethod.checks import finite_number
 from apmethod.compile import compiled, in_blocks, inlined
 from apmethod.contribute.smoothing import GAUSSIAN_6, Kernel
 from apmethod.perceive.cells import sort_into_cells
-from apmethod.perceive.domain import Domain, Open
+from apmethod.perceive.domain import Domain, Open, distance_2
+
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
 
 
 def reconstruct(
@@ -21,6 +25,7 @@ def reconstruct(
     smoothing_length: float,
     kernel: Kernel = GAUSSIAN_6,
     domain: Domain | None = None,
+    obstacles: Obstacles | None = None,
 ) -> np.ndarray:
     """The field that agents carry, at any points.
 
@@ -34,7 +39,9 @@ def reconstruct(
         masses: of the agents, of shape (agents,).
         smoothing_length: h of the kernel, about twice the agents' spacing.
         kernel: smoothing kernel.
-        domain: periodic sides are seen across.
+        domain: periodic sides are seen across, and mirrored ones mirror the field.
+        obstacles: walls that the field is not seen through, and that mirror it; in them it
+            is 0.
 
     Returns:
         u, mass per area, of shape (n,).
@@ -49,14 +56,27 @@ def reconstruct(
     values = np.zeros(len(points))
     if len(positions) == 0:
         return values
+    domain = domain or Open()
     cells = sort_into_cells(
-        np.asarray(positions, float), kernel.support * smoothing_length, 1, domain or Open()
+        np.asarray(positions, float), kernel.support * smoothing_length, 1, domain
     )
     low, high = cells.around(points)
+    masses = np.asarray(masses, float)[cells.row]
     in_blocks(
-        _compile_sum(kernel), len(points), points, low, high, *cells.places(),
-        np.asarray(masses, float)[cells.row], smoothing_length, values, least=1000,
+        _compile_sum(kernel), len(points), points, low, high, *cells.places(), masses,
+        smoothing_length, values, least=1000,
     )  # fmt: skip
+    if obstacles is not None and obstacles.contributions != "through":
+        from apmethod.move.obstacles.sight import sights_from  # loaded where there are some
+
+        sights = sights_from(obstacles, points, cells, domain)
+        if sights is not None:
+            in_blocks(
+                _compile_sum_in_sight(kernel), len(sights.place), sights.place, sights.begin,
+                sights.end, sights.other, sights.dx, sights.dy, masses, smoothing_length, values,
+                least=1000,
+            )  # fmt: skip
+        values[obstacles.occupied(points)] = 0.0
     return values
 
 
@@ -79,3 +99,19 @@ def _compile_sum(kernel: Kernel) -> Callable:
             values[k] = total / h_2
 
     return sum_at_points
+
+
+@cache
+def _compile_sum_in_sight(kernel: Kernel) -> Callable:
+    shape = inlined(kernel.shape)
+
+    @compiled
+    def sum_in_sight(first, last, place, begin, end, other, dx, dy, mass, smoothing_length, values):
+        h_2 = smoothing_length * smoothing_length
+        for k in range(first, last):
+            total = 0.0
+            for n in range(begin[k], end[k]):
+                total += mass[other[n]] * shape(distance_2(dx[n], dy[n]) / h_2)
+            values[place[k]] = total / h_2
+
+    return sum_in_sight

@@ -91,6 +91,12 @@ def lattice_axis(
     return lower + (np.arange(count) + shift) * spacing, spacing
 
 
+def spacing_along(coordinates: np.ndarray, spacing: float) -> float:
+    """The smallest difference of coordinates on a lattice: between walls it is stretched."""
+    lines = np.unique(np.round(coordinates / spacing, 6))
+    return float(np.diff(lines).min() * spacing) if len(lines) > 1 else spacing
+
+
 def _area_above(field: Field, lower: np.ndarray, upper: np.ndarray, least: float) -> float:
     """Area in which the field is above its ``least`` share."""
     axes = [np.linspace(lower[k], upper[k], 401) for k in range(2)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,10 @@ from apmethod.move.law import Flow
 from apmethod.move.motion import CARRY_TOLERANCE
 from apmethod.perceive.core_radius import FollowDensity
 from apmethod.perceive.domain import Domain, Open
+
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
+    from apmethod.move.obstacles.shapes import Obstacle
 
 #: Points along each side of the grid on which errors are taken.
 _GRID = 160
@@ -55,6 +60,8 @@ class FieldModel(ParticleModel):
             `apmethod.field.start`; the scene's clock then begins later than 0.
         follow_density: whether the core radius grows as the field thins out.
         dt, level, evaluation, tier, domain, rng: see `ParticleModel`.
+        obstacles: see `ParticleModel`; the field is that outside of them.  Agents are not
+            laid anew among obstacles, and jumps of the start are left in.
         agent_class: class of the agents.
 
     Raises:
@@ -87,9 +94,20 @@ class FieldModel(ParticleModel):
         evaluation: str = "auto",
         tier: str = "compiled",
         domain: Domain | None = None,
+        obstacles: Obstacles | Sequence[Obstacle] | None = None,
         rng: int | None = None,
         agent_class: type[AgentParticle] = DiffusingParticle,
     ):
+        if obstacles is not None:
+            from apmethod.move.obstacles.collection import collected  # loaded where there are some
+
+            obstacles = collected(obstacles)
+            if remesh or smooth:
+                raise ValueError(
+                    f"remesh is {remesh} and smooth is {smooth}; among obstacles agents cannot be "
+                    "laid anew, nor jumps smoothed: leave both out"
+                )
+            remesh = smooth = 0.0
         scheme = self.accuracy = accuracy_with(
             accuracy, form=form, kernel=kernel, spacings=spacings, integrator=integrator,
             remesh=remesh, smooth=smooth,
@@ -112,6 +130,7 @@ class FieldModel(ParticleModel):
             diffusivity=diffusion.diffusivity,
             settled=self._settled(laws[1:]),
             latest=0.5 * (self.until or np.inf),
+            obstacles=obstacles,
         )
         super().__init__(
             agent_class,
@@ -125,6 +144,7 @@ class FieldModel(ParticleModel):
             level=level,
             evaluation=evaluation,
             tier=tier,
+            obstacles=obstacles,
             rng=rng,
         )
         self.remesh = self._remesh_at(scheme.remesh)
@@ -209,8 +229,9 @@ class FieldModel(ParticleModel):
         table = self.particles
         points = np.column_stack([np.ravel(x), np.ravel(y)])
         values = reconstruct(
-            points, table.position, table.mass, _READ_OUT * self.spacing, domain=self.space.domain
-        )
+            points, table.position, table.mass, _READ_OUT * self.spacing,
+            domain=self.space.domain, obstacles=self.obstacles,
+        )  # fmt: skip
         return values.reshape(np.shape(x))
 
     def field_on_agents(self) -> np.ndarray:
@@ -223,8 +244,14 @@ class FieldModel(ParticleModel):
         return np.meshgrid(np.linspace(x_min, x_max, _GRID), np.linspace(y_min, y_max, _GRID))
 
     def errors(self) -> dict[str, float]:
-        """Relative L2 and L-infinity error on the grid; empty without an exact solution."""
+        """Relative L2 and L-infinity error on the grid; empty without an exact solution.
+
+        Points of the grid in obstacles, or at their edge, do not count.
+        """
         x, y = self.grid()
+        if self.obstacles is not None:
+            free = ~self.obstacles.occupied(np.column_stack([x.ravel(), y.ravel()]))
+            x, y = x.ravel()[free], y.ravel()[free]
         exact = self.exact(x, y, self.elapsed)
         if exact is None:
             return {}

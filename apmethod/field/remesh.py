@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.compile import compiled, inlined
-from apmethod.contribute.sample import lattice_axis
+from apmethod.contribute.sample import lattice_axis, spacing_along
 from apmethod.particles import Column
 from apmethod.perceive.domain import BOUNDED, MIRRORED, OPEN, PERIODIC, shortest
 
@@ -63,7 +63,7 @@ class Remesh:
         """Number the nodes that all agents stand on now, on a lattice of about that spacing."""
         places = self.model.particles.array("position")
         places = places - places.min(axis=0)
-        spacings = tuple(_spacing_along(places[:, axis], spacing) for axis in range(2))
+        spacings = tuple(spacing_along(places[:, axis], spacing) for axis in range(2))
         self._number(np.rint(places / spacings).astype(np.int64), spacings)
 
     def _number(self, nodes: np.ndarray, spacings: tuple[float, float]) -> None:
@@ -162,12 +162,6 @@ class Remesh:
             model.agent_class.create_agents(model, len(left_nodes) - both, position=place)
             taken = np.concatenate([taken, left_nodes[both:]])
         return taken
-
-
-def _spacing_along(coordinates: np.ndarray, spacing: float) -> float:
-    """The smallest difference of coordinates on a lattice: between walls it is stretched."""
-    lines = np.unique(np.round(coordinates / spacing, 6))
-    return float(np.diff(lines).min() * spacing) if len(lines) > 1 else spacing
 
 
 def spread(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from apmethod.contribute.sample import Field, sample
+from apmethod.contribute.sample import Field, sample, spacing_along
 from apmethod.perceive.domain import OPEN, PERIODIC, Domain
+
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
 
 #: Points along each side of the grid that jumps are looked for on.
 _LOOK = 201
@@ -47,6 +50,7 @@ def lay(
     diffusivity: float = 0.0,
     settled: float = 0.0,
     latest: float = np.inf,
+    obstacles: Obstacles | None = None,
 ) -> Start:
     """Lay a field on a lattice of agents.
 
@@ -69,10 +73,13 @@ def lay(
         diffusivity: D.
         settled: time until which the flow may be left out while jumps diffuse away.
         latest: the latest time that the clock may begin at; it limits s.
+        obstacles: where no agent can be.
     """
     x_min, x_max, y_min, y_max = box
     options = {"least": least, "offset": offset, "domain": domain}
     corners = (x_min, y_min), (x_max, y_max)
+    if obstacles is not None:
+        return _beside(obstacles, field, count, corners, options)
     found = Start(*sample(field, count, *corners, **options), 0.0)
     if smooth == 0.0 or diffusivity == 0.0 or not has_jump(field, box):
         return found
@@ -83,6 +90,23 @@ def lay(
         time = deviation**2 / (2.0 * diffusivity)
         found = Start(*sample(smoothed, count, *corners, **options), time)
     return found
+
+
+def _beside(obstacles: Obstacles, field: Field, count: int, corners, options) -> Start:
+    """Agents outside of obstacles; those beside walls may make them some more than asked for."""
+    from apmethod.field.beside import fit_to_walls  # loaded where there are obstacles
+
+    def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        occupied = obstacles.occupied(np.column_stack([np.ravel(x), np.ravel(y)]))
+        return np.where(occupied.reshape(np.shape(x)), 0.0, field(x, y))
+
+    positions, masses, spacing = sample(outside, count, *corners, **options)
+    spacings = tuple(spacing_along(positions[:, axis], spacing) for axis in range(2))
+    least = options["least"] * float(outside(*positions.T).max())
+    positions, masses = fit_to_walls(
+        obstacles, field, positions, masses, spacings, least, options["domain"]
+    )
+    return Start(positions, masses, spacing, 0.0)
 
 
 def has_jump(field: Field, box: Sequence[float]) -> bool:

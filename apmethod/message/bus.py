@@ -67,13 +67,9 @@ class MessageBus:
             raise ValueError(f"evaluation is {evaluation!r}; it must be 'auto', {choice}")
         #: How compiled sums are taken.
         self.evaluation = BEST_EVALUATION if evaluation == "auto" else evaluation
-        if space.own_radii and self.evaluation == "scattered":
-            if evaluation != "auto":
-                raise ValueError(
-                    "evaluation is 'scattered', which takes one core radius for all, and agents "
-                    "have their own; use 'gathered' or 'stored'"
-                )
-            self.evaluation = "gathered"
+        if space.own_radii:
+            self._check_own_radii(evaluation)
+            self.evaluation = "gathered" if evaluation == "auto" else evaluation
         self._passes = [RoundPass(each, kernel, particles, self.evaluation) for each in self.rounds]
         self._lists: tuple[SortedCells | None, NeighbourLists | None] = (None, None)
         self.close()
@@ -105,7 +101,8 @@ class MessageBus:
         ``rows`` are the table's rows that the cells were made from, None for all.
         """
         try:
-            self._pass(cells, self._lists_of(cells), self._sums, rows)
+            sights = self.space.sights_of(cells)
+            self._pass(cells, self._lists_of(cells), self._sums, rows, sights)
         except NumbaError as error:
             names = ", ".join(term.name for term in self.terms)
             error.add_note(
@@ -151,7 +148,7 @@ class MessageBus:
         """What nobody sends: the agent's part of its own sums, and that of mirror images.
 
         The first goes to the terms that count the agent in; the second comes from beyond
-        the mirrored sides of the domain, if it has any.
+        walls and the mirrored sides of the domain, if there are any.
         """
         pair = self._pair(0.0, 0.0, self.space.radius_of(agent) / self.kernel.support)
         message: list[float] = []
@@ -160,7 +157,7 @@ class MessageBus:
                 message += self._weighed(term, term.values(pair, agent, agent), sender=agent)
             else:
                 message += [0.0] * (term.components or 1)
-        if self.space.domain.mirrors:
+        if self.space.mirrors:
             return tuple(np.add(message, self.reflected(agent)))
         return tuple(message)
 
@@ -221,6 +218,18 @@ class MessageBus:
     def _weighed(term: Term, values: Message, sender: AgentParticle) -> list[float]:
         weight = getattr(sender, term.weight) if term.weight else 1.0
         return [weight * value for value in values]
+
+    def _check_own_radii(self, evaluation: str) -> None:
+        if evaluation == "scattered":
+            raise ValueError(
+                "evaluation is 'scattered', which takes one core radius for all, and agents "
+                "have their own; use 'gathered' or 'stored'"
+            )
+        if self.space.obstacles is not None and self.space.obstacles.contributions != "through":
+            raise ValueError(
+                "agents have core radii of their own, and walls that agents do not feel each "
+                "other through take one for all; give Obstacles(..., contributions='through')"
+            )
 
     def _check(self, terms: Sequence[Term]) -> None:
         widths = {name: column.components for name, column in self.particles.columns.items()}

@@ -7,6 +7,7 @@ the number of threads, and the three differ from each other by rounding only.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from apmethod.particles import Particles
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.lists import NeighbourLists
 from apmethod.perceive.sorting import take
+
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.sight import Sights
 
 #: How compiled sums can be taken.
 EVALUATIONS = ("gathered", "scattered", "stored")
@@ -60,6 +64,7 @@ class RoundPass:
         lists: NeighbourLists | None,
         sums: np.ndarray,
         rows: np.ndarray | None = None,
+        sights: Sights | None = None,
     ) -> None:
         """Write each agent's sums to its row of ``sums``, of shape (agents, width).
 
@@ -68,6 +73,7 @@ class RoundPass:
             lists: their neighbours, for the stored evaluation.
             sums: where to write.
             rows: rows of the table that the cells were made from, None for all.
+            sights: whom agents near walls see, None where that is nothing special.
         """
         row = cells.row if rows is None else rows[cells.row]
         table = np.empty((self._lines, len(row)))
@@ -80,6 +86,10 @@ class RoundPass:
             scatter(*scene, row, table, sums)
         else:
             sum_over_lists(*scene, lists, row, table, sums)
+        if sights is not None:
+            from apmethod.message.sighted import sum_over_sights  # where there are obstacles
+
+            sum_over_sights(*scene[:3], sights, cells.core_radius, row, table, sums)
 
     def _components(self) -> Iterator[np.ndarray]:
         """The columns that the terms read, vectors by component."""

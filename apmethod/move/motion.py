@@ -26,11 +26,13 @@ from apmethod.move.integrate import (
 )
 from apmethod.move.law import Flow, Law, Now
 from apmethod.particles import Column, Particles
-from apmethod.perceive.domain import Domain, bounce, place
+from apmethod.perceive.domain import bounce, place
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
     from apmethod.move.obstacles.collection import Obstacles
+    from apmethod.move.obstacles.shapes import Obstacle
+    from apmethod.perceive.lattice import QuadLattice
 
 #: Error that a split flow is carried with, in smoothing lengths: to round-off, almost.
 CARRY_TOLERANCE = 1e-11
@@ -41,7 +43,7 @@ class Motion:
 
     Args:
         particles: the agents' table; columns that the integrator needs are added to it.
-        domain: rules where displacements end.
+        space: its domain rules where displacements end; it learns of the obstacles.
         laws: what the velocity (or acceleration) is the sum of.
         integrator: how it is carried through time.
         obstacles: what displacements meet, if there is anything.
@@ -54,16 +56,15 @@ class Motion:
     def __init__(
         self,
         particles: Particles,
-        domain: Domain,
+        space: QuadLattice,
         laws: Sequence[Law],
         integrator: Integrator,
-        obstacles: Obstacles | None = None,
+        obstacles: Obstacles | Sequence[Obstacle] | None = None,
         kernel: Kernel = CUBIC,
     ):
         self.kernel = kernel
         self.particles = particles
-        self.domain = domain
-        self.obstacles = obstacles
+        self.domain = space.domain
         self.laws = tuple(laws)
         self.integrator = integrator
         flows = [law for law in self.laws if isinstance(law, Flow)]
@@ -92,8 +93,12 @@ class Motion:
             particles.declare("_displacement", Column(2, kept=False))
         if self.split_flow is not None:
             particles.declare("_carried", Column(2, kept=False, like="position"))
+        self.obstacles: Obstacles | None = None
         if obstacles is not None:
-            obstacles.attach(particles, domain)
+            from apmethod.move.obstacles.collection import collected  # costs nothing without
+
+            self.obstacles = space.obstacles = collected(obstacles)
+            self.obstacles.attach(particles, self.domain)
         self._changes = -1
         self.stage: Stage | None = None
         self._own_w = float(kernel.w(0.0, 1.0))

@@ -19,6 +19,8 @@ from apmethod.perceive.skin import Skin
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
+    from apmethod.move.obstacles.collection import Obstacles
+    from apmethod.move.obstacles.sight import Lines, Sights
     from apmethod.particles import Particles
 
 #: More potential neighbours than any smoothing needs.
@@ -44,7 +46,7 @@ class QuadLattice:
             what is quicker for compiled sums: 0 for few agents in a cell, 1 for many.
         skin: how much further than the core radius a search reaches, as a share of it, so
             that it serves until an agent has gone half of that.  0 searches every time, as do
-            domains with periodic or mirrored sides and agents with radii of their own.
+            domains with periodic or mirrored sides, obstacles, and radii of agents' own.
 
     Raises:
         ValueError: for a core radius that is not finite and positive or too large for a
@@ -70,6 +72,9 @@ class QuadLattice:
         self._cells: SortedCells | None = None
         self._changes = -1
         self._warned = False
+        #: What agents do not perceive through, if there is anything.
+        self.obstacles: Obstacles | None = None
+        self._sights: list[tuple[SortedCells, Sights | None]] = []
         #: What agents have perceived in a way of their own, until they perceive again.
         self.perceived: dict[AgentParticle, list[AgentParticle]] = {}
         particles.checks["position"] = self.domain.check_positions
@@ -114,6 +119,7 @@ class QuadLattice:
     def take_down(self) -> None:
         """Sort the agents as they stand now into the sub-domains."""
         self.perceived.clear()
+        self._sights, self._lines = [], None
         self._potential: dict[int, list[tuple]] = {}
         self._entries: list[tuple] | None = None
         self._changes = self.particles.changes
@@ -128,11 +134,17 @@ class QuadLattice:
     def _search(self) -> SortedCells:
         """Sort all agents, or take the last search where it still serves."""
         positions = self.particles.array("position")
-        if self.skin.share == 0.0 or self.own_radii or self.domain.makes_images:
+        if not self._may_reuse:
             return self.sorted(positions)
         return self.skin.search(
             positions, self.particles.changes, self.core_radius, self.level, self.domain
         )
+
+    @property
+    def _may_reuse(self) -> bool:
+        """Whether nothing but the agents' places decides who is near whom."""
+        plain = not self.own_radii and not self.domain.makes_images and self.obstacles is None
+        return plain and self.skin.share > 0.0
 
     def _quickest_level(self) -> int:
         """The level for the next search, after how many agents share a cell in this one.
@@ -159,7 +171,7 @@ class QuadLattice:
     def forget(self) -> None:
         """Answer the next question from where the agents stand then."""
         self.perceived.clear()
-        self._cells = None
+        self._cells, self._sights = None, []
 
     def sorted(self, positions: np.ndarray, rows: np.ndarray | None = None) -> SortedCells:
         """Positions, of shape (n, 2), in this lattice's sub-domains.
@@ -201,7 +213,27 @@ class QuadLattice:
 
     def pairs(self) -> np.ndarray:
         """All pairs of neighbours as rows i < j of the table, of shape (pairs, 2)."""
-        return neighbour_pairs(self.cells)
+        pairs, sights = neighbour_pairs(self.cells), self.sights_of(self.cells)
+        return pairs if sights is None else pairs[sights.see_each_other(pairs, self.cells.row)]
+
+    def sights_of(self, cells: SortedCells) -> Sights | None:
+        """Whom agents near walls see, of those in ``cells``; None if that is nothing special."""
+        if self.obstacles is None or self.obstacles.contributions == "through":
+            return None
+        for known, sights in self._sights:
+            if known is cells:
+                return sights
+        from apmethod.move.obstacles.sight import sights_of  # loaded where there are obstacles
+
+        sights = sights_of(self.obstacles, cells, self.domain)
+        self._sights.append((cells, sights))
+        return sights
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether agents may have mirror images, in the domain's sides or in walls."""
+        walls = self.obstacles is not None and self.obstacles.contributions == "mirrored"
+        return self.domain.mirrors or walls
 
     def neighbour_counts(self) -> np.ndarray:
         """How many neighbours each row of the table has, mirror images among them."""
@@ -234,12 +266,15 @@ class QuadLattice:
         return self.domain.displacement(self.place_of(agent), self.place_of(other))
 
     def near(self, agent: AgentParticle, other: AgentParticle) -> bool:
-        """Whether two agents are closer than the core radius."""
+        """Whether two agents are closer than the core radius, with no wall in between."""
         reach = self.radius_between(agent, other)
-        return distance_2(*self.displacement(agent, other)) < reach * reach
+        if not distance_2(*self.displacement(agent, other)) < reach * reach:
+            return False
+        lines = self._lines_to(agent)
+        return lines is None or self.particles.row(other) in lines.straight
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
-        """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2)."""
+        """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2), in sight."""
         me, (x, y, cell) = self.particles.row(agent), self._seen(agent)
         radius_2 = self._cells.core_radius * self._cells.core_radius
         near = [
@@ -247,6 +282,9 @@ class QuadLattice:
             for row, other_x, other_y, shift_x, shift_y in self.potential_neighbours(cell)
             if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2
         ]
+        lines = self._lines_to(agent)
+        if lines is not None:
+            near = [row for row in near if row in lines.straight]
         agents = self.particles._agents
         neighbours = [agents[row] for row in near if row != me]
         if self.own_radii:
@@ -256,6 +294,11 @@ class QuadLattice:
     def mirrored_near(self, agent: AgentParticle) -> list[tuple[AgentParticle, float, float]]:
         """Agents whose mirror images are within the core radius, and x_i - x_j to the image."""
         cells, agents = self.cells, self.particles._agents
+        lines = self._lines_to(agent)
+        if lines is not None:
+            return [(agents[row], dx, dy) for row, dx, dy in lines.mirrored]
+        if not len(cells.image):
+            return []
         x, y, place = self._seen(agent)
         found = []
         for begin, end in zip(cells.low[place], cells.high[place], strict=True):
@@ -267,6 +310,15 @@ class QuadLattice:
                     if distance_2(dx, dy) < reach * reach:
                         found.append((other, float(dx), float(dy)))
         return found
+
+    def _lines_to(self, agent: AgentParticle) -> Lines | None:
+        """The agent's lines of sight, if it is near a wall."""
+        sights = self.sights_of(self.cells)
+        if sights is None:
+            return None
+        if self._lines is None:
+            self._lines = sights.lines(self.cells.row)
+        return self._lines.get(self.particles.row(agent))
 
     def potential_neighbours(self, cell: int) -> list[tuple]:
         """LpN of an occupied sub-domain, made once and shared by all agents in it.

@@ -33,6 +33,8 @@ class DiffusionAmongObstacles(ParticleModel):
         diffusivity: D.
         behaviour: what an agent does at a wall: "repulse", "bounce", "slide", "stick" or
             "absorb".
+        contributions: what agents feel of each other where walls are: "mirrored", "blocked" or
+            "through".
         form: diffusion form, "paper", "plain" or "blob".
         integrator: time integration.
         dt: time step, None for the model's choice.
@@ -48,6 +50,7 @@ class DiffusionAmongObstacles(ParticleModel):
         particles: int = 2000,
         diffusivity: float = 1e-3,
         behaviour: str = "bounce",
+        contributions: str = "mirrored",
         form: str = "blob",
         integrator: str = "midpoint",
         dt: float | None = None,
@@ -59,7 +62,8 @@ class DiffusionAmongObstacles(ParticleModel):
             [
                 square(middle, side, behaviour=behaviour, name=f"square {number}")
                 for number, (middle, side) in enumerate(SQUARES, 1)
-            ]
+            ],
+            contributions=contributions,
         )
         super().__init__(
             Spreading,

@@ -210,3 +210,9 @@ def test_agents_that_come_later_have_the_models_radius():
     late = AgentParticle(model, position=(0.5, 0.5))
     assert late.core_radius == 0.3
     model.step()
+
+
+def test_walls_that_hide_agents_take_one_radius():
+    walls = [box(0.4, 0.4, 0.6, 0.6)]
+    with pytest.raises(ValueError, match="give Obstacles"):
+        eyed(domain=Open(), obstacles=walls)

@@ -3,7 +3,9 @@
 numba counts references to an array wherever a function is handed one, by an atomic
 operation each.  Rays hand the tree's and the walls' arrays to many small functions, and the
 counting took four fifths of their time.  The functions here neither make arrays nor keep
-any, so there is nothing to count: the caller's references outlive the call.
+any, so there is nothing to count: the caller's references outlive the call.  numba's
+option for it is ``_nrt``; it has no public name, but is checked: with it a function that
+makes an array does not compile.
 
 Large ones are called instead of being inlined everywhere, which compiles in a third of the
 time.  Machine code loaded from disk finds what it calls by name, and numba's names are

@@ -29,6 +29,7 @@ class Walls(NamedTuple):
     ends: np.ndarray  #: (3, walls, 4) ax, ay, bx, by: before the step, after it, in own frame
     turn: np.ndarray  #: (walls,) when in a step its obstacle moves, or `STILL`
     obstacle: np.ndarray  #: (walls,) number of the obstacle
+    free: np.ndarray  #: (walls,) where agents can be: 1 to the left of it, -1 right, 0 both
 
 
 @exact

@@ -81,6 +81,11 @@ class Obstacle:
         return f"<{type(self).__name__} {self.name!r}, {len(self.walls)} walls>"
 
     @property
+    def free(self) -> np.ndarray:
+        """For each wall, where agents can be: 1 to the left of it, -1 right, 0 both."""
+        return np.zeros(len(self.walls), np.int8)
+
+    @property
     def moves(self) -> bool:
         """Whether it may be elsewhere at another time."""
         return self.path is not None or self.spin != 0.0 or any(self.velocity)
@@ -133,6 +138,16 @@ class Polygon(Obstacle):
                 raise ValueError(
                     f"a hole of {self.name}, at {hole[0].tolist()}, is not inside of it"
                 )
+
+    @property
+    def free(self) -> np.ndarray:
+        """Right of a ring that goes round to the left, and the other way in holes."""
+        sides = []
+        for number, ring in enumerate(self.chains):
+            x, y = (ring[:-1] - ring[0]).T
+            turn = np.sign(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+            sides.append(np.full(len(x), turn if number else -turn, np.int8))
+        return np.concatenate(sides)
 
 
 class Polyline(Obstacle):

@@ -68,7 +68,9 @@ def test_both_tiers_give_the_same_bits():
     ends = np.concatenate(
         [draw.random((40, 4)), draw.integers((0, 0, 4, 3), (3, 3, 6, 5), (40, 4))]
     )
-    walls = Walls(np.stack([ends] * 3), np.full(80, STILL, np.int32), np.arange(80, dtype=np.int32))
+    number = np.arange(80, dtype=np.int32)
+    still = np.full(80, STILL, np.int32)
+    walls = Walls(np.stack([ends] * 3), still, number, np.zeros(80, np.int8))
     starts = np.concatenate([draw.random((50, 2)), draw.integers(0, 4, (50, 2)).astype(float)])
     stops = np.concatenate([draw.random((50, 2)), draw.integers(0, 4, (50, 2)).astype(float)])
     found = []

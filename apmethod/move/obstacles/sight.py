@@ -1,0 +1,161 @@
+"""Whom agents near walls see, directly and in walls: what their sums are taken over.
+
+Only agents with a wall within the core radius are looked at; all others have nothing
+between them and those they perceive.  Their lists of whom they see, with the
+displacement to each as the line goes, replace the plain search for them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from apmethod.compile import in_blocks
+from apmethod.move.obstacles.beams import CUTS, REFLECTS
+from apmethod.move.obstacles.behaviour import ABSORB
+from apmethod.move.obstacles.look import CHUNK, look_around
+from apmethod.perceive.cells import SortedCells
+from apmethod.perceive.domain import MIRRORED, Domain
+from apmethod.perceive.images import REAL
+
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
+
+
+class Lines(NamedTuple):
+    """An agent's lines of sight.
+
+    Attributes:
+        straight: rows of the agents that it sees directly.
+        mirrored: (row, dx, dy) of each image, the displacement from it to the agent.
+    """
+
+    straight: set[int]
+    mirrored: list[tuple[int, float, float]]
+
+
+@dataclass(frozen=True)
+class Sights:
+    """Whom places near walls see.
+
+    Attributes:
+        place: (places,) number of each place: an entry of the sorted cells, or a point.
+        begin, end: (places,) where the list of each is in the arrays below.
+        other: entries of the sorted cells that are seen.
+        dx, dy: from them to the place, as the line of sight goes.
+        straight: whether it is a straight line.
+    """
+
+    place: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    other: np.ndarray
+    dx: np.ndarray
+    dy: np.ndarray
+    straight: np.ndarray
+
+    def lines(self, row: np.ndarray) -> dict[int, Lines]:
+        """The lists of agents by their rows, of which ``row`` has that of each entry."""
+        found = {}
+        lists = zip(row[self.place].tolist(), self.begin, self.end, strict=True)
+        for me, begin, end in lists:
+            chosen = slice(begin, end)
+            rows, direct = row[self.other[chosen]].tolist(), self.straight[chosen].tolist()
+            entries = zip(rows, self.dx[chosen].tolist(), self.dy[chosen].tolist(), strict=True)
+            found[me] = Lines(
+                {r for r, is_direct in zip(rows, direct, strict=True) if is_direct},
+                [entry for entry, is_direct in zip(entries, direct, strict=True) if not is_direct],
+            )
+        return found
+
+    def see_each_other(self, pairs: np.ndarray, row: np.ndarray) -> np.ndarray:
+        """Which pairs, (m, 2) rows of agents closer than the core radius, no wall separates."""
+        count = int(row.max(initial=0)) + 1
+        looks = np.zeros(count, np.bool_)
+        looks[row[self.place]] = True
+        lengths = self.end - self.begin
+        places = np.repeat(self.begin - np.cumsum(lengths) + lengths, lengths)
+        places += np.arange(len(places))
+        seen = np.repeat(row[self.place], lengths) * count + row[self.other[places]]
+        both = pairs[:, 0] * count + pairs[:, 1]
+        return ~looks[pairs[:, 0]] | np.isin(both, seen[self.straight[places]])
+
+
+def sights_of(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> Sights | None:
+    """Whom the agents in ``cells`` see that are near walls; None if nobody is."""
+    # Sub-domains first: only those that a wall is near to pay for more.
+    line, column = np.divmod(cells.number, cells.grid[0])
+    middle = (np.column_stack([column, line]) + 0.5) * cells.side + np.array(cells.origin)
+    reach = cells.core_radius + np.sqrt(0.5) * cells.side
+    chosen = np.flatnonzero(_near(obstacles, middle, reach, domain))
+    if not len(chosen):
+        return None
+    cell = np.repeat(chosen, np.diff(cells.start)[chosen])
+    entry = np.concatenate([np.arange(*cells.start[k : k + 2]) for k in chosen])
+    kept = _near(obstacles, _entries(cells, entry), cells.core_radius, domain)
+    if len(cells.image):
+        kept &= cells.image[entry] == REAL
+    entry, cell = entry[kept], cell[kept]
+    points = _entries(cells, entry)
+    return _look(obstacles, cells, domain, entry, points, entry, cells.low[cell], cells.high[cell])
+
+
+def sights_from(
+    obstacles: Obstacles, points: np.ndarray, cells: SortedCells, domain: Domain
+) -> Sights | None:
+    """Whom any points, (n, 2), would see that are near walls; None if none is."""
+    near = np.flatnonzero(_near(obstacles, points, cells.core_radius, domain))
+    if not len(near):
+        return None
+    low, high = cells.around(points[near])
+    nobody = np.full(len(near), -1)
+    return _look(obstacles, cells, domain, near, points[near], nobody, low, high)
+
+
+def _entries(cells: SortedCells, entry: np.ndarray) -> np.ndarray:
+    return np.column_stack([cells.x[entry], cells.y[entry]])
+
+
+def _shifts(domain: Domain) -> np.ndarray:
+    """Where walls are seen besides where they are: across periodic sides."""
+    along = [(0.0, period, -period) if period else (0.0,) for period in domain.periods]
+    return np.array([(x, y) for x in along[0] for y in along[1]])
+
+
+def _near(obstacles: Obstacles, points: np.ndarray, reach: float, domain: Domain) -> np.ndarray:
+    shifted = [obstacles.near(points - shift, reach) for shift in _shifts(domain)]
+    return np.logical_or.reduce(shifted)
+
+
+def _look(
+    obstacles: Obstacles, cells: SortedCells, domain: Domain, place: np.ndarray,
+    points: np.ndarray, own: np.ndarray, low: np.ndarray, high: np.ndarray,
+) -> Sights | None:  # fmt: skip
+    """The lists of some places, of whose candidates ``low`` and ``high`` tell the runs."""
+    count = len(place)
+    if not count:
+        return None
+    kinds = np.where(obstacles.bodies.code == ABSORB, CUTS, REFLECTS).astype(np.int8)
+    if obstacles.contributions == "blocked":
+        kinds[:] = CUTS
+    limits = np.array([domain.lower, domain.upper])
+    mirrored = np.array([kind == MIRRORED for kind in domain.kinds])
+    chunks = -(-count // CHUNK)
+    room = CHUNK * (int((high - low).sum(axis=1).max()) + 8)
+    begin, end = np.empty(count, np.int64), np.empty(count, np.int64)
+    while True:
+        # Memory that nobody writes to is never taken.
+        other, straight = np.empty(chunks * room, np.int32), np.empty(chunks * room, np.bool_)
+        dx, dy = np.empty(chunks * room), np.empty(chunks * room)
+        taken = np.empty(chunks, np.int64)
+        in_blocks(
+            look_around, chunks, room, points, own, low, high, cells.x, cells.y, cells.shift_x,
+            cells.shift_y, cells.image, cells.core_radius, obstacles.tree, obstacles.walls, kinds,
+            _shifts(domain), limits, mirrored, obstacles.clearance, begin, end, other, dx, dy,
+            straight, taken, least=12,
+        )  # fmt: skip
+        if taken.max() <= room:
+            return Sights(place, begin, end, other, dx, dy, straight)
+        room = int(taken.max())
