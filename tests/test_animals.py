@@ -102,3 +102,11 @@ def test_nobody_and_one_animal():
 def test_bad_input_is_refused(options, message):
     with pytest.raises(ValueError, match=message):
         AnimalModel(**{"particles": 100, "side": 20.0} | options)
+
+
+def test_the_settling_time_counts_animals_not_events():
+    times, late = [0.0, 2.0, 3.0, 10.0], [[0, 0, 1, -1], [0, 0, 1, 1], [0, 0, 0, 0], [0, 0, 0, 0]]
+    assert gatherings.settling_time(times, late) == 0.5 * 3.0
+    at_once = [[-1] * 4, [-1] * 4, [5] * 4, [5] * 4]
+    assert gatherings.settling_time(times, at_once) == 3.0
+    assert gatherings.settling_time(times, [[-1] * 4] * 4) == 10.0

@@ -16,7 +16,7 @@ _FIRST_SEED = 100
 #: What is compared in each figure.
 _COMPARED = {
     "figure 9": ("groups", "share_in_groups"),
-    "figure 10": ("stable_since", "events", "groups", "share_in_groups"),
+    "figure 10": ("settling_time", "last_event", "events", "groups", "share_in_groups"),
 }
 
 

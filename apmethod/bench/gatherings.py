@@ -46,9 +46,6 @@ def runs(
         for setting in settings:
             model = load_scene(scene)(rng=seed, **setting)
             model.until = end if until is None else until
-            while model.running:
-                model.step()
-            model.groups.find()
             rows.append({"figure": figure, "seed": seed, **setting, **outcome(model)})
             if seed == seeds[0]:
                 models.append(model)
@@ -57,15 +54,46 @@ def runs(
 
 
 def outcome(model: AnimalModel) -> dict[str, Any]:
-    """What the groups of a model have come to."""
+    """Run a model to its end, and tell what its groups have come to."""
+    times, member = [], []
+    while model.running:
+        times.append(model.elapsed)
+        model.step()
+        # Groups are those of the step's start.  Rows stay: nobody joins or leaves the model.
+        member.append(model.particles.group.copy())
+    model.groups.find()
+    times.append(model.elapsed)
+    member.append(model.particles.group.copy())
     events = model.groups.events
     return {
         "time": model.elapsed,
         "groups": len(model.groups.current),
         "share_in_groups": sum(g.size for g in model.groups.current) / len(model.particles),
-        "stable_since": max((event.time for event in events), default=0.0),
+        "settling_time": settling_time(times, member),
+        "last_event": max((event.time for event in events), default=0.0),
         "events": len(events),
     }
+
+
+def settling_time(times: Sequence[float], member: Sequence[np.ndarray]) -> float:
+    """How soon groups are stable: the mean time that an animal is not in its last group.
+
+        T = integral of 1 - A(t) dt,   A(t) = share of animals in the group that they end in
+
+    Groups are stable when animals no longer change theirs.  If all did so at one moment, T
+    would be this moment; else it is the mean over all animals, so that a merge counts by the
+    animals that change their group in it.  The time of the last event does not tell that:
+    it is one value of a run, that of its rarest event, however few take part.  An animal
+    that is alone at the end has not settled at all, so that few groups are no advantage.
+
+    Args:
+        times: of the records, of shape (records,).
+        member: identity of each animal's group at these times, -1 for none, of shape
+            (records, animals).
+    """
+    member = np.asarray(member)
+    settled = ((member == member[-1]) & (member[-1] >= 0)).mean(axis=1)
+    return float(((1.0 - settled[:-1]) * np.diff(times)).sum())
 
 
 def compared(rows: Sequence[dict[str, Any]], figure: str, what: str) -> dict[str, Any]:

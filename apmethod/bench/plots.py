@@ -87,7 +87,7 @@ def draw_aggregation(results: dict[str, Any], path: Path) -> None:
     _line(axes[0], rows, "k", "expected", "dispersion relation")
     _line(axes[0], rows, "k", "measured", "measured")
     _label(axes[0], "growth of small waves", "wave number k", "growth rate, 1/time")
-    drawn = (("figure 9", "groups"), ("figure 10", "stable_since"))
+    drawn = (("figure 9", "groups"), ("figure 10", "settling_time"))
     for ax, (name, what) in zip(axes[1:], drawn, strict=True):
         ours = [row for row in results["rows"] if row["figure"] == name]
         compared = next(
