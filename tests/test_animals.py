@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from apmethod import Animal, AnimalModel, explain, load_scene
+from apmethod import Animal, AnimalModel, ClosestGroup, Column, Life, explain, load_scene
 from apmethod.bench import gatherings
 
 
@@ -65,6 +65,26 @@ def test_strategies_and_leaders(strategy):
     model.step()
     given = set(model.particles.strategy[:300].tolist())
     assert given == (set(range(6)) if strategy == "mixed" else {4})
+
+
+class Scout(Animal):
+    sight = Column(start=2.0)
+    view = Column(start=0.0)
+
+
+def test_what_animals_see_is_told_once_for_signal_and_groups():
+    """Half-blind animals go to near groups only, and always ahead."""
+    model = AnimalModel(
+        particles=400, side=20.0, diffusivity=0.01, agent_class=Scout, sight="sight", view="view",
+        strategies=[ClosestGroup], skills=[Life()], rng=1,
+    )  # fmt: skip
+    for _ in range(60):
+        model.step()
+    goal, heading = model.particles.goal, model.particles.heading
+    assert 0 < (goal != 0.0).any(axis=1).sum() < 400
+    before = heading.copy()
+    model.step()
+    assert ((model.particles.goal * before).sum(axis=1) >= -1e-12).all()
 
 
 def test_groups_of_some_age_become_one_agent():

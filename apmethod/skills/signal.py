@@ -53,10 +53,11 @@ class SignalField(Skill):
         start: s at the start, a number, an array of the patches' shape, or f(x, y).
         laying: "cloud" (cloud-in-cell), or "nearest" patch as in the paper.
         sensing: "bilinear", "nearest", or "vicinity": by a kernel as wide as the core
-            radius, which makes perception matter; the agent's own where its class has a
-            column ``core_radius``.
+            radius, which makes perception matter.
+        sight: column with how far each agent senses, up to the core radius, for "vicinity".
         view: column with the cosine of the half angle of an agent's view cone around its
-            ``heading`` (-1 sees all round), for "vicinity".
+            ``heading`` (-1 sees all round), for "vicinity".  The heading is (1, 0) unless
+            `Life` or the agents turn it.
         method: "euler" (the paper's), "exact" in time, or "implicit".
         substeps: whether Euler may take several to a step.
         obstacles: patches that hold no signal and let none through: booleans of the
@@ -84,6 +85,7 @@ class SignalField(Skill):
         start: float | np.ndarray | Callable = 0.0,
         laying: str = "cloud",
         sensing: str = "bilinear",
+        sight: str | None = None,
         view: str | None = None,
         method: str = "euler",
         substeps: bool = True,
@@ -99,11 +101,14 @@ class SignalField(Skill):
         ):  # fmt: skip
             if chosen not in known:
                 raise ValueError(f"{argument} is {chosen!r}; it must be one of {', '.join(known)}")
-        if view is not None and sensing != "vicinity":
-            raise ValueError(f"view is {view!r} and sensing {sensing!r}; a cone needs 'vicinity'")
+        for argument, column in (("sight", sight), ("view", view)):
+            if column is not None and sensing != "vicinity":
+                raise ValueError(
+                    f"{argument} is {column!r} and sensing {sensing!r}; it needs 'vicinity'"
+                )
         if not name.isidentifier():
             raise ValueError(f"name is {name!r}; it must be a name as of a variable")
-        self.name, self.by, self.view = name, by, view
+        self.name, self.by, self.sight, self.view = name, by, sight, view
         self.laying, self.sensing, self.method = laying, sensing, method
         self._start, self._substeps, self._obstacles = start, substeps, obstacles
 
@@ -124,12 +129,9 @@ class SignalField(Skill):
                 f"patch is {self.patch:g} and the core radius is {model.space.core_radius:g}; a "
                 "patch must not be wider than what its agents perceive"
             )
-        for column in (self.by, *([self.view, "heading"] if self.view else [])):
-            if column not in model.particles:
-                raise ValueError(
-                    f"signal {self.name!r} reads column {column!r}; the scene has "
-                    f"{', '.join(model.particles.names)}"
-                )
+        self.require(self.by, self.sight, self.view)
+        if self.view is not None:
+            self.declare_heading()
         self.values = self._started()
         self._spread = METHODS[self.method](self.patches, self.diffusivity, self.evaporation)
         if isinstance(self._spread, Euler):
@@ -186,9 +188,10 @@ class SignalField(Skill):
 
     def _radius(self) -> np.ndarray:
         """How far each agent perceives."""
-        if "core_radius" in self.model.particles:
-            return self.column("core_radius")
-        return np.full(len(self.model.particles), self.model.space.core_radius)
+        radius = self.model.space.core_radius
+        if self.sight is not None:
+            return np.minimum(self.column(self.sight), radius)
+        return np.full(len(self.model.particles), radius)
 
     def state(self) -> np.ndarray:
         """The values; `begin` makes new ones and leaves these."""

@@ -8,6 +8,7 @@ from mesa.discrete_space import PropertyLayer
 from apmethod import (
     Animal,
     AnimalModel,
+    Column,
     Law,
     ParticleModel,
     Skill,
@@ -69,25 +70,25 @@ def test_a_failed_step_is_taken_back():
 
 
 class Watcher(Animal):
-    @term("directed", reads=("heading",))
+    heading = Column(2, start=(1.0, 0.0))
+    sight = Column(start=2.0)
+
+    @term("directed", reads=("heading", "sight"))
     def ahead(pair, i, j):
-        """How many are within 45 degrees of where the animal is heading."""
+        """How many it sees within 45 degrees of where it is heading, as far as it sees."""
         # pair.x is from the other one to this one.
         facing = -(pair.x * i.heading[0] + pair.y * i.heading[1])
-        return 1.0 if facing >= 0.7071 * pair.distance else 0.0
+        return 1.0 if pair.distance <= i.sight and facing >= 0.7071 * pair.distance else 0.0
 
 
-def test_a_view_cone_is_a_directed_term():
-    class Fixed(Skill):
-        def attach(self, model):
-            super().attach(model)
-            self.declare("heading", 2, start=(1.0, 0.0))
-
-    model = ParticleModel(Watcher, core_radius=2.0, dt=1.0, skills=[Fixed()])
-    Watcher.create_agents(model, 3, position=[(0, 0), (1, 0.2), (0, 1.5)])
+@pytest.mark.parametrize("tier", ["compiled", "agents"])
+def test_what_an_animal_sees_of_others_is_a_directed_term(tier):
+    model = ParticleModel(Watcher, core_radius=2.0, dt=1.0, tier=tier)
+    Watcher.create_agents(model, 3, position=[(0, 0), (1, 0.2), (0, 1.5)], sight=[2, 2, 1])
+    Watcher(model, position=(-1.0, 1.5), sight=1.2)
     model.step()
-    assert [agent.ahead for agent in model.particles.agents] == [1.0, 0.0, 0.0]
-    assert len(neighbour_pairs(model.space.cells)) == 3
+    assert [agent.ahead for agent in model.particles.agents] == [1.0, 0.0, 0.0, 1.0]
+    assert len(neighbour_pairs(model.space.cells)) == 5
 
 
 def test_mesa_collects_and_draws_them():
