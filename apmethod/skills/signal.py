@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,8 @@ from apmethod.skills.skill import Skill
 from apmethod.skills.spread import METHODS, Euler
 
 if TYPE_CHECKING:
+    from mesa.discrete_space import PropertyLayer
+
     from apmethod.model import ParticleModel
 
 _LAYING = {"nearest": lay_nearest, "cloud": lay_cloud}
@@ -68,8 +71,6 @@ class SignalField(Skill):
             not fit the model.
 
     Attributes:
-        values: s, signal per area, of shape (wide, high), indexed [east, north] as Mesa's
-            property layers are.
         patches: the patches, see `Patches`.
     """
 
@@ -202,6 +203,28 @@ class SignalField(Skill):
         self.values = state
 
     # -- in numbers --------------------------------------------------------------------
+
+    @property
+    def values(self) -> np.ndarray:
+        """s, signal per area, of shape (wide, high), indexed [east, north]."""
+        return self._values
+
+    @values.setter
+    def values(self, values: np.ndarray) -> None:
+        self._values = values
+        if "layer" in self.__dict__:
+            self.layer.set_cells(values)
+
+    @cached_property
+    def layer(self) -> PropertyLayer:
+        """The signal as a property layer of Mesa, which shows it from the first use on.
+
+        A grid of ``patches.shape`` takes it, and Mesa's drawings and ``select_cells`` work.
+        What is written to the layer, the signal does not learn.
+        """
+        from mesa.discrete_space import PropertyLayer
+
+        return PropertyLayer.from_data(self.name, self.values)
 
     def produced(self) -> np.ndarray:
         """What all agents produce now, signal per area and time, of the patches' shape."""

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from mesa import DataCollector
-from mesa.discrete_space import PropertyLayer
+from mesa.discrete_space import OrthogonalMooreGrid
+from mesa.visualization.components import PropertyLayerStyle
+from mesa.visualization.mpl_space_drawing import draw_property_layers
 
 from apmethod import (
     Animal,
@@ -103,9 +106,22 @@ def test_mesa_collects_and_draws_them():
     assert collector.model_vars["groups"] == [len(model.groups.current)]
     assert set(collector.get_agent_vars_dataframe()["group"]) == set(model.particles.group)
     assert model.agents.get("signal") == [agent.signal for agent in model.agents]
-    layer = PropertyLayer.from_data("signal", model.signal.values)
-    east, north = (int(part) for part in model.particles.agents[0].position)
-    assert layer.data[east, north] == model.signal.values[east, north] > 0.0
+
+
+def test_mesa_draws_and_selects_by_a_signal():
+    model = AnimalModel(particles=50, side=10.0, rng=1)
+    model.particles.assign("position", (7.5, 2.5))
+    grid = OrthogonalMooreGrid(model.signal.patches.shape, random=model.random)
+    grid.add_property_layer(model.signal.layer)
+    for _ in range(3):
+        model.step()
+    assert np.array_equal(grid.signal.data, model.signal.values)
+    assert grid[7, 2].signal == model.signal.values.max() > 0.0
+    assert [tuple(map(int, at)) for at in grid.select_cells(extreme_values={"signal": "highest"})
+            ] == [(7, 2)]  # fmt: skip
+    ax = Figure().subplots()
+    draw_property_layers(grid, lambda layer: PropertyLayerStyle(colormap="magma_r"), ax)
+    assert np.array_equal(ax.images[0].get_array(), model.signal.values.T)
 
 
 def test_batches_run_scenes_with_skills():
