@@ -112,13 +112,13 @@ class AnimalModel(ParticleModel):
         self.signal = SignalField(
             patch,
             production=production,
-            diffusivity=signal_diffusivity,
+            diffusivity=finite_number("signal_diffusivity", signal_diffusivity, least=0.0),
             evaporation=evaporation,
             sensing=sensing,
             sight=sight,
             view=view,
         )
-        self.groups = Groups(near, least)
+        self.groups = Groups(finite_number("near", near, above=0.0), least)
         self.strategies = (
             Strategies(self.groups, strategies, sight=sight, view=view) if strategies else None
         )

@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from apmethod import Animal, AnimalModel, ClosestGroup, Column, Life, explain, load_scene
+from apmethod import (
+    Animal,
+    AnimalModel,
+    ClosestGroup,
+    Column,
+    Life,
+    OldestGroup,
+    explain,
+    load_scene,
+)
 from apmethod.bench import gatherings
 
 
@@ -87,6 +96,20 @@ def test_what_animals_see_is_told_once_for_signal_and_groups():
     assert ((model.particles.goal * before).sum(axis=1) >= -1e-12).all()
 
 
+@pytest.mark.parametrize(
+    ("scene", "options", "message"),
+    [
+        ("group_strategies", {"strategy": "best"}, "strategy is 'best'; it must be one of grad"),
+        ("group_strategies", {"leaders": -1}, "leaders is -1"),
+        ("aggregation", {"followed": 2.5}, "followed is 2.5"),
+        ("aggregation_perception", {"floor": 0.6}, "core radius is 30"),
+    ],
+)
+def test_scenes_refuse_bad_input(scene, options, message):
+    with pytest.raises(ValueError, match=message):
+        load_scene(scene)(particles=10, **options)
+
+
 def test_groups_of_some_age_become_one_agent():
     model = load_scene("aggregation")(diffusivity=0.01, gather_after=5.0, rng=1)
     while model.elapsed < 25.0:
@@ -95,6 +118,22 @@ def test_groups_of_some_age_become_one_agent():
         assert numbers["mass"] == 2500.0
         assert numbers["agents"] - numbers["aggregates"] + numbers["aggregated"] == 2500
     assert numbers["aggregates"] > 3
+
+
+@pytest.mark.parametrize("tier", ["compiled", "agents"])
+def test_all_on_one_point_with_every_skill(tier):
+    model = AnimalModel(
+        particles=40, side=10.0, strategies=[OldestGroup], skills=[Life()], dt=0.25, rng=1,
+        gather=lambda group: group.age >= 1.0,
+        dissolve=lambda one: one.model.elapsed >= one.since + 1.0, tier=tier,
+    )  # fmt: skip
+    model.particles.assign("position", (3.3, 4.1))
+    sizes = set()
+    for _ in range(12):
+        model.step()
+        sizes.add(len(model.particles))
+        assert all(np.isfinite(model.particles.array(name)).all() for name in model.particles.names)
+    assert sizes == {1, 40}
 
 
 def test_nobody_and_one_animal():
@@ -111,11 +150,14 @@ def test_nobody_and_one_animal():
         ({"particles": -1}, "particles is -1"),
         ({"diffusivity": -0.1}, "diffusivity is -0.1"),
         ({"production": -0.1}, "production is -0.1"),
+        ({"signal_diffusivity": -0.1}, "signal_diffusivity is -0.1"),
+        ({"evaporation": -0.1}, "evaporation is -0.1"),
+        ({"patch": 1e-9}, "makes 4e\\+20 patches"),
         ({"side": 20.3}, "patch is 1 and the domain is 20.3 long"),
         ({"core_radius": 0.5}, "patch is 1 and the core radius is 0.5"),
         ({"floor": -1.0}, "floor is -1.0"),
         ({"floor": 11.0}, "core radius is 11"),
-        ({"near": 0.0}, "radius is 0.0"),
+        ({"near": 0.0}, "near is 0.0"),
         ({"dt": 100.0}, "dt is 100, which is unstable"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,6 +13,9 @@ from apmethod.perceive.domain import OPEN, PERIODIC, Domain
 
 #: Which patches are obstacles: f(x, y) of their centres, or booleans of their shape.
 Obstacles = Callable[[np.ndarray, np.ndarray], np.ndarray] | np.ndarray | None
+
+#: So many patches take some 50 gigabytes.
+_MOST = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,8 @@ def lay_patches(domain: Domain, side: float, obstacles: Obstacles = None) -> Pat
     """Patches of a side that fill a domain; its periodic sides border on each other.
 
     Raises:
-        ValueError: for an open domain, a side that does not divide it, or obstacles of a
-            wrong shape or everywhere.
+        ValueError: for an open domain, a side that does not divide it or makes too many
+            patches, or obstacles of a wrong shape or everywhere.
     """
     side = finite_number("patch", side, above=0.0)
     if OPEN in domain.kinds:
@@ -82,6 +86,11 @@ def lay_patches(domain: Domain, side: float, obstacles: Obstacles = None) -> Pat
         _count(length, side, axis)
         for length, axis in zip(domain.upper - domain.lower, "xy", strict=True)
     )
+    if math.prod(shape) > _MOST:
+        raise ValueError(
+            f"patch is {side:g}, which makes {math.prod(shape):.3g} patches; {_MOST:.0e} is the "
+            "most"
+        )
     lower = (float(domain.lower[0]), float(domain.lower[1]))
     periodic = tuple(kind == PERIODIC for kind in domain.kinds)
     bare = Patches(side, shape, lower, periodic, *[np.empty((0, 0))] * 4)
