@@ -60,10 +60,10 @@ def outcome(model: AnimalModel) -> dict[str, Any]:
         times.append(model.elapsed)
         model.step()
         # Groups are those of the step's start.  Rows stay: nobody joins or leaves the model.
-        member.append(model.particles.group.copy())
+        member.append(model.particles.group.astype(np.int32))
     model.groups.find()
     times.append(model.elapsed)
-    member.append(model.particles.group.copy())
+    member.append(model.particles.group.astype(np.int32))
     events = model.groups.events
     return {
         "time": model.elapsed,
