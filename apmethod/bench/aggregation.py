@@ -31,7 +31,7 @@ def study(
         seeds: number of seeds of each setting of a figure.
         size: number of animals whose steps and groups are timed.
         rounds: timed rounds.
-        until: end of the figures' runs, by default their own.
+        until: end of the figures' runs where that is before their own.
         report: called with the share done and the runs made.
 
     Returns:
