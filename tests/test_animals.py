@@ -104,6 +104,7 @@ def test_what_animals_see_is_told_once_for_signal_and_groups():
         ("aggregation", {"followed": 2.5}, "followed is 2.5"),
         ("aggregation_perception", {"floor": 0.6}, "core radius is 30"),
         ("aggregation_perception", {"view": 0}, "view is 0; it must be above 0"),
+        ("aggregation_perception", {"view": "wide"}, "view is 'wide'; it must be above 0"),
         ("aggregation_perception", {"view": 90, "sensing": "nearest"}, "needs 'vicinity'"),
     ],
 )

@@ -42,7 +42,7 @@ class AggregationPerception(AnimalModel):
         tier: str = "compiled",
         rng: int | None = None,
     ):
-        if not 0.0 < view <= 360.0:
+        if not (isinstance(view, int | float) and 0.0 < view <= 360.0):
             raise ValueError(f"view is {view!r}; it must be above 0 and at most 360 degrees")
         ahead_only = view < 360.0
         super().__init__(
