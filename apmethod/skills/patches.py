@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from apmethod.checks import finite_number
 from apmethod.perceive.domain import OPEN, PERIODIC, Domain
 
-#: Which patches are obstacles: f(x, y) of their centres, or booleans of their shape.
-Obstacles = Callable[[np.ndarray, np.ndarray], np.ndarray] | np.ndarray | None
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
+
+    #: Which patches are blocked: f(x, y) of their centres, booleans of their shape, or a
+    #: model's obstacles, which block the patches whose centres no agent can have.
+    Blocked = Callable[[np.ndarray, np.ndarray], np.ndarray] | np.ndarray | Obstacles | None
 
 #: So many patches take some 50 gigabytes.
 _MOST = 1_000_000_000
@@ -69,7 +74,7 @@ class Patches:
         return np.meshgrid(x, y, indexing="ij")
 
 
-def lay_patches(domain: Domain, side: float, obstacles: Obstacles = None) -> Patches:
+def lay_patches(domain: Domain, side: float, obstacles: Blocked = None) -> Patches:
     """Patches of a side that fill a domain; its periodic sides border on each other.
 
     Raises:
@@ -115,11 +120,14 @@ def _count(length: float, side: float, axis: str) -> int:
     return count
 
 
-def _free(patches: Patches, obstacles: Obstacles) -> np.ndarray:
+def _free(patches: Patches, obstacles: Blocked) -> np.ndarray:
     if obstacles is None:
         return np.ones(patches.shape)
-    blocked = obstacles(*patches.centres()) if callable(obstacles) else obstacles
-    blocked = np.asarray(blocked)
+    x, y = patches.centres()
+    if hasattr(obstacles, "occupied"):
+        blocked = obstacles.occupied(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+    else:
+        blocked = np.asarray(obstacles(x, y) if callable(obstacles) else obstacles)
     if blocked.shape != patches.shape:
         raise ValueError(
             f"obstacles has shape {blocked.shape}; it must be that of the patches, {patches.shape}"

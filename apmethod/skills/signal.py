@@ -11,7 +11,7 @@ import numpy as np
 
 from apmethod.checks import finite_number
 from apmethod.compile import in_blocks, plain
-from apmethod.skills.patches import Obstacles, lay_patches
+from apmethod.skills.patches import lay_patches
 from apmethod.skills.sense import (
     lay_cloud,
     lay_nearest,
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from mesa.discrete_space import PropertyLayer
 
     from apmethod.model import ParticleModel
+    from apmethod.skills.patches import Blocked
 
 _LAYING = {"nearest": lay_nearest, "cloud": lay_cloud}
 _SENSING = {"nearest": read_nearest, "bilinear": read_bilinear, "vicinity": read_vicinity}
@@ -64,7 +65,8 @@ class SignalField(Skill):
         method: "euler" (the paper's), "exact" in time, or "implicit".
         substeps: whether Euler may take several to a step.
         obstacles: patches that hold no signal and let none through: booleans of the
-            patches' shape, or f(x, y) of their centres.
+            patches' shape, f(x, y) of their centres, or the model's `Obstacles` as they
+            stand at the start.  A wall thinner than a patch does not hold a signal back.
 
     Raises:
         ValueError: for a negative rate or an unknown choice; `attach` refuses what does
@@ -90,7 +92,7 @@ class SignalField(Skill):
         view: str | None = None,
         method: str = "euler",
         substeps: bool = True,
-        obstacles: Obstacles = None,
+        obstacles: Blocked = None,
     ):
         self.patch = finite_number("patch", patch, above=0.0)
         self.production = finite_number("production", production, least=0.0)

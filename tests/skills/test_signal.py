@@ -14,12 +14,14 @@ from apmethod import (
     Domain,
     Follow,
     Life,
+    Obstacles,
     Open,
     ParticleModel,
     Periodic,
     SignalField,
     StepFailed,
     set_threads,
+    square,
 )
 from apmethod.compile.threads import threads
 from apmethod.skills.patches import lay_patches
@@ -333,6 +335,20 @@ def test_a_scene_may_have_several_signals():
     assert one.total == pytest.approx(2 * other.total)
     assert {"signal_total", "home_total"} <= set(model.diagnostics())
     assert model.particles.agents[0].home_gradient.shape == (2,)
+
+
+def test_walls_that_stop_animals_hold_the_signal_back():
+    walls = Obstacles([square((6.0, 6.0), 4.0), square((1.0, 1.0), 1.0)])
+    signal = field(patch=0.5, obstacles=walls)
+    outside = np.array([[3.1, 6.0], [9.0, 9.0]])
+    model = scene(signal, positions=outside, obstacles=walls, domain=BOUNDED)
+    x, y = signal.patches.centres()
+    inside = (np.maximum(abs(x - 6), abs(y - 6)) < 2) | (np.maximum(abs(x - 1), abs(y - 1)) < 0.5)
+    assert np.array_equal(signal.patches.free == 0.0, inside)
+    for _ in range(60):
+        model.step()
+    assert (signal.values[inside] == 0.0).all()
+    assert (signal.values[~inside] > 0.0).all()
 
 
 def test_a_failed_step_takes_the_signal_back(monkeypatch):
