@@ -62,6 +62,8 @@ class AnimalModel(ParticleModel):
         floor: below what the core radius never falls as animals crowd.  That is a patch at
             least: the signal tells nothing about what is nearer.
         sensing: how they sense the signal, see `SignalField`.
+        sight, view: columns of the animals' class with how far and in what cone each
+            perceives the signal and groups, see `SignalField` and `Strategies`.
         near: distance at which two animals are near, for groups.
         least: animals within it, itself included, that make one the core of a group.
         strategies: strategies that animals may be given, see `Strategies`.
@@ -91,6 +93,8 @@ class AnimalModel(ParticleModel):
         core_radius: float = 3.0,
         floor: float = 0.0,
         sensing: str = "vicinity",
+        sight: str | None = None,
+        view: str | None = None,
         near: float = 1.0,
         least: int = 10,
         strategies: Sequence[type[Strategy]] = (),
@@ -108,12 +112,16 @@ class AnimalModel(ParticleModel):
         self.signal = SignalField(
             patch,
             production=production,
-            diffusivity=signal_diffusivity,
+            diffusivity=finite_number("signal_diffusivity", signal_diffusivity, least=0.0),
             evaporation=evaporation,
             sensing=sensing,
+            sight=sight,
+            view=view,
         )
-        self.groups = Groups(near, least)
-        self.strategies = Strategies(self.groups, strategies) if strategies else None
+        self.groups = Groups(finite_number("near", near, above=0.0), least)
+        self.strategies = (
+            Strategies(self.groups, strategies, sight=sight, view=view) if strategies else None
+        )
         follow = (
             Pursue(self.signal, sensitivity, speed)
             if strategies

@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from apmethod import Animal, AnimalModel, explain, load_scene
+from apmethod import (
+    Animal,
+    AnimalModel,
+    ClosestGroup,
+    Column,
+    Life,
+    OldestGroup,
+    explain,
+    load_scene,
+)
 from apmethod.bench.aggregation import gatherings
 
 
@@ -67,6 +76,43 @@ def test_strategies_and_leaders(strategy):
     assert given == (set(range(6)) if strategy == "mixed" else {4})
 
 
+class Scout(Animal):
+    sight = Column(start=2.0)
+    view = Column(start=0.0)
+
+
+def test_what_animals_see_is_told_once_for_signal_and_groups():
+    """Half-blind animals go to near groups only, and always ahead."""
+    model = AnimalModel(
+        particles=400, side=20.0, diffusivity=0.01, agent_class=Scout, sight="sight", view="view",
+        strategies=[ClosestGroup], skills=[Life()], rng=1,
+    )  # fmt: skip
+    for _ in range(60):
+        model.step()
+    goal, heading = model.particles.goal, model.particles.heading
+    assert 0 < (goal != 0.0).any(axis=1).sum() < 400
+    before = heading.copy()
+    model.step()
+    assert ((model.particles.goal * before).sum(axis=1) >= -1e-12).all()
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "message"),
+    [
+        ("group_strategies", {"strategy": "best"}, "strategy is 'best'; it must be one of grad"),
+        ("group_strategies", {"leaders": -1}, "leaders is -1"),
+        ("aggregation", {"followed": 2.5}, "followed is 2.5"),
+        ("aggregation_perception", {"floor": 0.6}, "core radius is 30"),
+        ("aggregation_perception", {"view": 0}, "view is 0; it must be above 0"),
+        ("aggregation_perception", {"view": "wide"}, "view is 'wide'; it must be above 0"),
+        ("aggregation_perception", {"view": 90, "sensing": "nearest"}, "needs 'vicinity'"),
+    ],
+)
+def test_scenes_refuse_bad_input(scene, options, message):
+    with pytest.raises(ValueError, match=message):
+        load_scene(scene)(particles=10, **options)
+
+
 def test_groups_of_some_age_become_one_agent():
     model = load_scene("aggregation")(diffusivity=0.01, gather_after=5.0, rng=1)
     while model.elapsed < 25.0:
@@ -75,6 +121,22 @@ def test_groups_of_some_age_become_one_agent():
         assert numbers["mass"] == 2500.0
         assert numbers["agents"] - numbers["aggregates"] + numbers["aggregated"] == 2500
     assert numbers["aggregates"] > 3
+
+
+@pytest.mark.parametrize("tier", ["compiled", "agents"])
+def test_all_on_one_point_with_every_skill(tier):
+    model = AnimalModel(
+        particles=40, side=10.0, strategies=[OldestGroup], skills=[Life()], dt=0.25, rng=1,
+        gather=lambda group: group.age >= 1.0,
+        dissolve=lambda one: one.model.elapsed >= one.since + 1.0, tier=tier,
+    )  # fmt: skip
+    model.particles.assign("position", (3.3, 4.1))
+    sizes = set()
+    for _ in range(12):
+        model.step()
+        sizes.add(len(model.particles))
+        assert all(np.isfinite(model.particles.array(name)).all() for name in model.particles.names)
+    assert sizes == {1, 40}
 
 
 def test_nobody_and_one_animal():
@@ -91,14 +153,25 @@ def test_nobody_and_one_animal():
         ({"particles": -1}, "particles is -1"),
         ({"diffusivity": -0.1}, "diffusivity is -0.1"),
         ({"production": -0.1}, "production is -0.1"),
+        ({"signal_diffusivity": -0.1}, "signal_diffusivity is -0.1"),
+        ({"evaporation": -0.1}, "evaporation is -0.1"),
+        ({"patch": 1e-9}, "makes 4e\\+20 patches"),
         ({"side": 20.3}, "patch is 1 and the domain is 20.3 long"),
         ({"core_radius": 0.5}, "patch is 1 and the core radius is 0.5"),
         ({"floor": -1.0}, "floor is -1.0"),
         ({"floor": 11.0}, "core radius is 11"),
-        ({"near": 0.0}, "radius is 0.0"),
+        ({"near": 0.0}, "near is 0.0"),
         ({"dt": 100.0}, "dt is 100, which is unstable"),
     ],
 )
 def test_bad_input_is_refused(options, message):
     with pytest.raises(ValueError, match=message):
         AnimalModel(**{"particles": 100, "side": 20.0} | options)
+
+
+def test_the_settling_time_counts_animals_not_events():
+    times, late = [0.0, 2.0, 3.0, 10.0], [[0, 0, 1, -1], [0, 0, 1, 1], [0, 0, 0, 0], [0, 0, 0, 0]]
+    assert gatherings.settling_time(times, late) == 0.5 * 3.0
+    at_once = [[-1] * 4, [-1] * 4, [5] * 4, [5] * 4]
+    assert gatherings.settling_time(times, at_once) == 3.0
+    assert gatherings.settling_time(times, [[-1] * 4] * 4) == 10.0

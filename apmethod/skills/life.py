@@ -28,7 +28,7 @@ class Life(Skill):
         """Declare the columns."""
         super().attach(model)
         self.declare("age", unit="time")
-        self.declare("heading", 2, start=(1.0, 0.0))
+        self.declare_heading()
 
     def end(self, dt: float) -> None:
         """Grow older, and look where the step went."""

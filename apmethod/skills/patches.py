@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from apmethod.checks import finite_number
 from apmethod.perceive.domain import OPEN, PERIODIC, Domain
 
-#: Which patches are obstacles: f(x, y) of their centres, or booleans of their shape.
-Obstacles = Callable[[np.ndarray, np.ndarray], np.ndarray] | np.ndarray | None
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
+
+    #: Which patches are blocked: f(x, y) of their centres, booleans of their shape, or a
+    #: model's obstacles, which block the patches whose centres no agent can have.
+    Blocked = Callable[[np.ndarray, np.ndarray], np.ndarray] | np.ndarray | Obstacles | None
+
+#: So many patches take some 50 gigabytes.
+_MOST = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -65,12 +74,12 @@ class Patches:
         return np.meshgrid(x, y, indexing="ij")
 
 
-def lay_patches(domain: Domain, side: float, obstacles: Obstacles = None) -> Patches:
+def lay_patches(domain: Domain, side: float, obstacles: Blocked = None) -> Patches:
     """Patches of a side that fill a domain; its periodic sides border on each other.
 
     Raises:
-        ValueError: for an open domain, a side that does not divide it, or obstacles of a
-            wrong shape or everywhere.
+        ValueError: for an open domain, a side that does not divide it or makes too many
+            patches, or obstacles of a wrong shape or everywhere.
     """
     side = finite_number("patch", side, above=0.0)
     if OPEN in domain.kinds:
@@ -82,6 +91,11 @@ def lay_patches(domain: Domain, side: float, obstacles: Obstacles = None) -> Pat
         _count(length, side, axis)
         for length, axis in zip(domain.upper - domain.lower, "xy", strict=True)
     )
+    if math.prod(shape) > _MOST:
+        raise ValueError(
+            f"patch is {side:g}, which makes {math.prod(shape):.3g} patches; {_MOST:.0e} is the "
+            "most"
+        )
     lower = (float(domain.lower[0]), float(domain.lower[1]))
     periodic = tuple(kind == PERIODIC for kind in domain.kinds)
     bare = Patches(side, shape, lower, periodic, *[np.empty((0, 0))] * 4)
@@ -106,11 +120,14 @@ def _count(length: float, side: float, axis: str) -> int:
     return count
 
 
-def _free(patches: Patches, obstacles: Obstacles) -> np.ndarray:
+def _free(patches: Patches, obstacles: Blocked) -> np.ndarray:
     if obstacles is None:
         return np.ones(patches.shape)
-    blocked = obstacles(*patches.centres()) if callable(obstacles) else obstacles
-    blocked = np.asarray(blocked)
+    x, y = patches.centres()
+    if hasattr(obstacles, "occupied"):
+        blocked = obstacles.occupied(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+    else:
+        blocked = np.asarray(obstacles(x, y) if callable(obstacles) else obstacles)
     if blocked.shape != patches.shape:
         raise ValueError(
             f"obstacles has shape {blocked.shape}; it must be that of the patches, {patches.shape}"

@@ -120,6 +120,15 @@ def perceived_patches(radius, side):
     return max(radius / side, 1.5)
 
 
+@inlined
+def in_cone(dx, dy, distance, head_x, head_y, ahead):
+    """Whether (dx, dy) is at most as far off a heading as a view cone allows.
+
+    ``ahead`` is the cosine of the cone's half angle times the heading's length.
+    """
+    return dx * head_x + dy * head_y >= ahead * distance
+
+
 @compiled
 def read_vicinity(
     first, last, position, signal, free, margin, grid, radius, heading, view, value, gradient
@@ -156,7 +165,7 @@ def read_vicinity(
                 w = max(1.0 - r_2 * per_square, 0.0)
                 w *= w * free[i, j]
                 if view.size:
-                    w = w if dx * head_x + dy * head_y >= ahead * sqrt(r_2) else 0.0
+                    w = w if in_cone(dx, dy, sqrt(r_2), head_x, head_y, ahead) else 0.0
                 s = signal[i, j]
                 row_n += w
                 row_y += w * dy

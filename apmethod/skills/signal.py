@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from apmethod.checks import finite_number
 from apmethod.compile import in_blocks, plain
-from apmethod.skills.patches import Obstacles, lay_patches
+from apmethod.skills.patches import lay_patches
 from apmethod.skills.sense import (
     lay_cloud,
     lay_nearest,
@@ -25,7 +26,10 @@ from apmethod.skills.skill import Skill
 from apmethod.skills.spread import METHODS, Euler
 
 if TYPE_CHECKING:
+    from mesa.discrete_space import PropertyLayer
+
     from apmethod.model import ParticleModel
+    from apmethod.skills.patches import Blocked
 
 _LAYING = {"nearest": lay_nearest, "cloud": lay_cloud}
 _SENSING = {"nearest": read_nearest, "bilinear": read_bilinear, "vicinity": read_vicinity}
@@ -53,22 +57,22 @@ class SignalField(Skill):
         start: s at the start, a number, an array of the patches' shape, or f(x, y).
         laying: "cloud" (cloud-in-cell), or "nearest" patch as in the paper.
         sensing: "bilinear", "nearest", or "vicinity": by a kernel as wide as the core
-            radius, which makes perception matter; the agent's own where its class has a
-            column ``core_radius``.
+            radius, which makes perception matter.
+        sight: column with how far each agent senses, up to the core radius, for "vicinity".
         view: column with the cosine of the half angle of an agent's view cone around its
-            ``heading`` (-1 sees all round), for "vicinity".
+            ``heading`` (-1 sees all round), for "vicinity".  The heading is (1, 0) unless
+            `Life` or the agents turn it.
         method: "euler" (the paper's), "exact" in time, or "implicit".
         substeps: whether Euler may take several to a step.
         obstacles: patches that hold no signal and let none through: booleans of the
-            patches' shape, or f(x, y) of their centres.
+            patches' shape, f(x, y) of their centres, or the model's `Obstacles` as they
+            stand at the start.  A wall thinner than a patch does not hold a signal back.
 
     Raises:
         ValueError: for a negative rate or an unknown choice; `attach` refuses what does
             not fit the model.
 
     Attributes:
-        values: s, signal per area, of shape (wide, high), indexed [east, north] as Mesa's
-            property layers are.
         patches: the patches, see `Patches`.
     """
 
@@ -84,10 +88,11 @@ class SignalField(Skill):
         start: float | np.ndarray | Callable = 0.0,
         laying: str = "cloud",
         sensing: str = "bilinear",
+        sight: str | None = None,
         view: str | None = None,
         method: str = "euler",
         substeps: bool = True,
-        obstacles: Obstacles = None,
+        obstacles: Blocked = None,
     ):
         self.patch = finite_number("patch", patch, above=0.0)
         self.production = finite_number("production", production, least=0.0)
@@ -99,11 +104,14 @@ class SignalField(Skill):
         ):  # fmt: skip
             if chosen not in known:
                 raise ValueError(f"{argument} is {chosen!r}; it must be one of {', '.join(known)}")
-        if view is not None and sensing != "vicinity":
-            raise ValueError(f"view is {view!r} and sensing {sensing!r}; a cone needs 'vicinity'")
+        for argument, column in (("sight", sight), ("view", view)):
+            if column is not None and sensing != "vicinity":
+                raise ValueError(
+                    f"{argument} is {column!r} and sensing {sensing!r}; it needs 'vicinity'"
+                )
         if not name.isidentifier():
             raise ValueError(f"name is {name!r}; it must be a name as of a variable")
-        self.name, self.by, self.view = name, by, view
+        self.name, self.by, self.sight, self.view = name, by, sight, view
         self.laying, self.sensing, self.method = laying, sensing, method
         self._start, self._substeps, self._obstacles = start, substeps, obstacles
 
@@ -124,12 +132,9 @@ class SignalField(Skill):
                 f"patch is {self.patch:g} and the core radius is {model.space.core_radius:g}; a "
                 "patch must not be wider than what its agents perceive"
             )
-        for column in (self.by, *([self.view, "heading"] if self.view else [])):
-            if column not in model.particles:
-                raise ValueError(
-                    f"signal {self.name!r} reads column {column!r}; the scene has "
-                    f"{', '.join(model.particles.names)}"
-                )
+        self.require(self.by, self.sight, self.view)
+        if self.view is not None:
+            self.declare_heading()
         self.values = self._started()
         self._spread = METHODS[self.method](self.patches, self.diffusivity, self.evaporation)
         if isinstance(self._spread, Euler):
@@ -186,9 +191,10 @@ class SignalField(Skill):
 
     def _radius(self) -> np.ndarray:
         """How far each agent perceives."""
-        if "core_radius" in self.model.particles:
-            return self.column("core_radius")
-        return np.full(len(self.model.particles), self.model.space.core_radius)
+        radius = self.model.space.core_radius
+        if self.sight is not None:
+            return np.minimum(self.column(self.sight), radius)
+        return np.full(len(self.model.particles), radius)
 
     def state(self) -> np.ndarray:
         """The values; `begin` makes new ones and leaves these."""
@@ -199,6 +205,28 @@ class SignalField(Skill):
         self.values = state
 
     # -- in numbers --------------------------------------------------------------------
+
+    @property
+    def values(self) -> np.ndarray:
+        """s, signal per area, of shape (wide, high), indexed [east, north]."""
+        return self._values
+
+    @values.setter
+    def values(self, values: np.ndarray) -> None:
+        self._values = values
+        if "layer" in self.__dict__:
+            self.layer.set_cells(values)
+
+    @cached_property
+    def layer(self) -> PropertyLayer:
+        """The signal as a property layer of Mesa, which shows it from the first use on.
+
+        A grid of ``patches.shape`` takes it, and Mesa's drawings and ``select_cells`` work.
+        What is written to the layer, the signal does not learn.
+        """
+        from mesa.discrete_space import PropertyLayer
+
+        return PropertyLayer.from_data(self.name, self.values)
 
     def produced(self) -> np.ndarray:
         """What all agents produce now, signal per area and time, of the patches' shape."""

@@ -55,9 +55,26 @@ class Skill:
         """Numbers for the model's diagnostics."""
         return {}
 
+    def require(self, *names: str | None) -> None:
+        """Check that the scene has the columns that the skill reads; None is none.
+
+        Raises:
+            ValueError: if it has not.
+        """
+        for name in names:
+            if name is not None and name not in self.model.particles:
+                raise ValueError(
+                    f"{type(self).__name__} reads column {name!r}; the scene has "
+                    f"{', '.join(self.model.particles.names)}"
+                )
+
     def declare(self, name: str, components: int | None = None, **options: Any) -> None:
         """Add a column that the skill fills, for all agents of the model."""
         self.model.particles.declare(name, Column(components, kept=False, **options))
+
+    def declare_heading(self) -> None:
+        """Add the column ``heading``: where agents look, unit vectors for `Life` to turn."""
+        self.declare("heading", 2, start=(1.0, 0.0))
 
     def column(self, name: str) -> np.ndarray:
         """A column of all agents, writable."""

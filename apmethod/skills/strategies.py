@@ -13,6 +13,7 @@ from apmethod.compile import column_reader, compiled, in_blocks, inlined, plain
 from apmethod.perceive.domain import shortest
 from apmethod.skills.follow import Follow
 from apmethod.skills.groups import Groups
+from apmethod.skills.sense import in_cone
 from apmethod.skills.signal import SignalField
 from apmethod.skills.skill import Skill
 
@@ -95,14 +96,27 @@ class Strategies(Skill):
     Args:
         groups: the groups to choose from, which must come before among the scene's skills.
         choices: classes of strategies.
+        sight: column with how far each agent sees groups; a group is seen if its disc, of
+            its `Prospect.radius`, is that near.  By default all groups are known to all.
+        view: column with the cosine of the half angle of an agent's view cone around its
+            ``heading``, in which a group's centre must be to be seen; see `SignalField`.
+            The group that an agent is in it always sees.
 
     Raises:
-        ValueError: for no choices; `attach` refuses ``groups`` that do not come before.
+        ValueError: for no choices; `attach` refuses ``groups`` that do not come before, and
+            columns that the scene does not have.
         TypeError: for a choice that is not a subclass of `Strategy`.
     """
 
-    def __init__(self, groups: Groups, choices: Sequence[type[Strategy]]):
-        self.groups = groups
+    def __init__(
+        self,
+        groups: Groups,
+        choices: Sequence[type[Strategy]],
+        *,
+        sight: str | None = None,
+        view: str | None = None,
+    ):
+        self.groups, self.sight, self.view = groups, sight, view
         self.choices = tuple(choices)
         if not self.choices:
             raise ValueError("choices is empty; name at least one strategy")
@@ -118,6 +132,9 @@ class Strategies(Skill):
         super().attach(model)
         if self.groups not in model.skills[: model.skills.index(self)]:
             raise ValueError("skills has Strategies before its Groups; name the groups first")
+        self.require(self.sight, self.view)
+        if self.view is not None:
+            self.declare_heading()
         self.declare("strategy", dtype=np.int64)
         self.declare("goal", 2)
 
@@ -152,11 +169,18 @@ class Strategies(Skill):
             widths = tuple((name, particles.columns[name].components) for name in choice.reads)
             run = _compile_choice(choice.score, widths)
             arguments = (rows, columns, self.column("position"), self.column("group"), table,
-                         self.model.space.domain.periods, goal)  # fmt: skip
+                         self.model.space.domain.periods, *self._eyes(), goal)  # fmt: skip
             if self.model.procedure.tier == "agents":
                 plain(run)(0, len(rows), *arguments)
             else:
                 in_blocks(run, len(rows), *arguments, least=2000)
+
+    def _eyes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How far agents see, their headings and view cones; empty for all that see all."""
+        sight = np.empty(0) if self.sight is None else self.column(self.sight)
+        if self.view is None:
+            return sight, np.empty((0, 2)), np.empty(0)
+        return sight, self.column("heading"), self.column(self.view)
 
 
 @cache
@@ -165,7 +189,9 @@ def _compile_choice(score: Callable, reads: tuple[tuple[str, int | None], ...]) 
     inlined(score)
 
     @compiled
-    def head_for_the_best(first, last, rows, columns, position, member, table, periods, goal):
+    def head_for_the_best(
+        first, last, rows, columns, position, member, table, periods, sight, heading, view, goal
+    ):
         for k in range(first, last):
             row = rows[k]
             me = read(columns, row)
@@ -174,6 +200,14 @@ def _compile_choice(score: Callable, reads: tuple[tuple[str, int | None], ...]) 
                 dx = shortest(table[g, 1] - position[row, 0], periods[0])
                 dy = shortest(table[g, 2] - position[row, 1], periods[1])
                 distance = np.sqrt(dx * dx + dy * dy)
+                if table[g, 0] != member[row]:
+                    if sight.size and distance - table[g, 6] > sight[row]:
+                        continue
+                    if view.size:
+                        head_x, head_y = heading[row, 0], heading[row, 1]
+                        ahead = view[row] * np.sqrt(head_x * head_x + head_y * head_y)
+                        if not in_cone(dx, dy, distance, head_x, head_y, ahead):
+                            continue
                 value = score(
                     me, Prospect(distance, table[g, 3], table[g, 4], table[g, 5], table[g, 6])
                 )

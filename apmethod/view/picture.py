@@ -68,7 +68,7 @@ def _draw_signals(figure: Figure, model: ParticleModel, signals: list[SignalFiel
     from apmethod.view.animals import draw_animals, draw_signal
 
     figure.set_size_inches(4.7 * (1 + len(signals)), 4.6)
-    figure.subplots_adjust(left=0.05, right=0.95, bottom=0.08, top=0.86)
+    figure.subplots_adjust(left=0.05, right=0.93, bottom=0.08, top=0.86)
     axes = figure.subplots(1, 1 + len(signals))
     draw_animals(axes[0], model)
     axes[0].set_title(f"t = {model.elapsed:.4g}")

@@ -44,6 +44,8 @@ class Aggregation(AnimalModel):
         tier: str = "compiled",
         rng: int | None = None,
     ):
+        if not isinstance(followed, int) or followed < 0:
+            raise ValueError(f"followed is {followed!r}; it must be a whole number, 0 or more")
         paths = Trajectories(every=4)
         super().__init__(
             particles=particles,

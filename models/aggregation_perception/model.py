@@ -1,6 +1,8 @@
 """Aggregation whose animals never perceive less than a floor (paper 3.2, Figure 10)."""
 
-from apmethod import AnimalModel
+import numpy as np
+
+from apmethod import AnimalModel, Life
 
 from .agents import FarSightedAnimal
 
@@ -18,6 +20,8 @@ class AggregationPerception(AnimalModel):
         sensitivity: lambda.
         core_radius: perception at first, in patches.
         sensing: "vicinity", "bilinear" or "nearest": how they sense the signal.
+        view: angle in which they sense it, in degrees, half of it on either side of where
+            they are heading; 360 is all round.  Less needs "vicinity".
         dt: longest time step.
         tier: "compiled" or "agents".
         rng: seed.
@@ -33,10 +37,14 @@ class AggregationPerception(AnimalModel):
         sensitivity: float = 0.1,
         core_radius: float = 3.0,
         sensing: str = "vicinity",
+        view: float = 360.0,
         dt: float = 0.25,
         tier: str = "compiled",
         rng: int | None = None,
     ):
+        if not (isinstance(view, int | float) and 0.0 < view <= 360.0):
+            raise ValueError(f"view is {view!r}; it must be above 0 and at most 360 degrees")
+        ahead_only = view < 360.0
         super().__init__(
             particles=particles,
             diffusivity=diffusivity,
@@ -45,8 +53,11 @@ class AggregationPerception(AnimalModel):
             core_radius=core_radius,
             floor=floor * SIDE,
             sensing=sensing,
+            view="view" if ahead_only else None,
+            skills=[Life()] if ahead_only else [],
             dt=dt,
             tier=tier,
             rng=rng,
             agent_class=FarSightedAnimal,
         )
+        self.particles.assign("view", np.cos(np.radians(0.5 * view)))

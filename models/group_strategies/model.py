@@ -58,6 +58,8 @@ class GroupStrategies(AnimalModel):
             raise ValueError(
                 f"strategy is {strategy!r}; it must be one of {', '.join(STRATEGIES)}, mixed"
             )
+        if not isinstance(leaders, int) or leaders < 0:
+            raise ValueError(f"leaders is {leaders!r}; it must be a whole number, 0 or more")
         super().__init__(
             particles=particles,
             diffusivity=diffusivity,

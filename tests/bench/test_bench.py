@@ -235,7 +235,7 @@ def test_aggregation(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(aggregation, "_LEADERS", (500, 5))
     monkeypatch.setattr(gatherings, "QUICK", 2.0)
     results = bench(capsys, tmp_path, "aggregation", *arguments)
-    assert len(results["rows"]) == 2 * 2 * 2
+    assert len(results["rows"]) == 3 * 2 * 2
     assert {row["contender"] for row in results["costs"]["groups"]} == {"apmethod", "scikit-learn"}
     for path in results["pictures"].values():
         assert Path(path).read_bytes().startswith(b"\x89PNG")

@@ -15,6 +15,7 @@ from apmethod import (
     Periodic,
     explain,
     set_threads,
+    square,
 )
 from apmethod.compile import threads
 from apmethod.perceive.pairs import neighbour_pairs
@@ -213,6 +214,6 @@ def test_agents_that_come_later_have_the_models_radius():
 
 
 def test_walls_that_hide_agents_take_one_radius():
-    walls = [box(0.4, 0.4, 0.6, 0.6)]
+    walls = [square((0.5, 0.5), 0.001)]
     with pytest.raises(ValueError, match="give Obstacles"):
         eyed(domain=Open(), obstacles=walls)

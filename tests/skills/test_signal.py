@@ -13,12 +13,15 @@ from apmethod import (
     Diffusion,
     Domain,
     Follow,
+    Life,
+    Obstacles,
     Open,
     ParticleModel,
     Periodic,
     SignalField,
     StepFailed,
     set_threads,
+    square,
 )
 from apmethod.compile.threads import threads
 from apmethod.skills.patches import lay_patches
@@ -233,16 +236,17 @@ def test_a_view_cone_sees_what_is_ahead_only():
 
 
 def test_animals_may_perceive_differently_far():
-    """One sees the food 3 patches away, the other does not."""
+    """One sees the food 3 patches away, one does not, and nobody farther than the core radius."""
 
     class Eyed(Animal):
-        core_radius = Column(start=1.0)
+        sight = Column()
 
-    signal = field(sensing="vicinity", start=lambda x, y: 1.0 * (x == 8.5))
+    signal = field(sensing="vicinity", sight="sight", start=lambda x, y: 1.0 * (x == 8.5))
     model = ParticleModel(Eyed, core_radius=4.0, domain=BOUNDED, skills=[signal], dt=0.1)
-    Eyed.create_agents(model, 2, position=(5.5, 6.5), core_radius=[2.0, 4.0])
+    Eyed.create_agents(model, 3, position=(5.5, 6.5), sight=[2.0, 4.0, 1e9])
     signal.perceived()
-    near, far = model.particles.signal_gradient
+    near, far, farther = model.particles.signal_gradient
+    assert np.array_equal(farther, far)
     assert near.tolist() == [0.0, 0.0]
     assert far[0] > 0.01
 
@@ -257,6 +261,33 @@ def test_both_tiers_lay_and_sense_alike(laying, sensing):
         for _ in range(3):
             models[-1].step()
     for name in ("position", "signal", "signal_gradient"):
+        ours, theirs = (getattr(model.particles, name) for model in models)
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-14)
+
+
+class Hunter(Animal):
+    sight = Column(start=2.0)
+    view = Column(start=0.3)
+
+
+def test_both_tiers_follow_what_they_see_alike():
+    draw, models = np.random.default_rng(6), []
+    options = {
+        "position": SIDE * draw.random((30, 2)), "sight": draw.uniform(1.0, 4.0, 30),
+        "view": draw.uniform(-1.0, 0.9, 30),
+    }  # fmt: skip
+    for tier in ("compiled", "agents"):
+        signal = field(sensing="vicinity", sight="sight", view="view", obstacles=pillar)
+        model = ParticleModel(
+            Hunter, core_radius=3.0, domain=MIXED, laws=[Diffusion(0.05), Follow(signal, 0.5)],
+            skills=[signal, Life()], dt=0.3, tier=tier,
+        )  # fmt: skip
+        Hunter.create_agents(model, 30, **options)
+        for _ in range(3):
+            model.step()
+        models.append(model)
+    assert (models[0].particles.heading != (1.0, 0.0)).any(axis=1).all()
+    for name in ("position", "heading", "signal", "signal_gradient"):
         ours, theirs = (getattr(model.particles, name) for model in models)
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-14)
 
@@ -306,6 +337,20 @@ def test_a_scene_may_have_several_signals():
     assert model.particles.agents[0].home_gradient.shape == (2,)
 
 
+def test_walls_that_stop_animals_hold_the_signal_back():
+    walls = Obstacles([square((6.0, 6.0), 4.0), square((1.0, 1.0), 1.0)])
+    signal = field(patch=0.5, obstacles=walls)
+    outside = np.array([[3.1, 6.0], [9.0, 9.0]])
+    model = scene(signal, positions=outside, obstacles=walls, domain=BOUNDED)
+    x, y = signal.patches.centres()
+    inside = (np.maximum(abs(x - 6), abs(y - 6)) < 2) | (np.maximum(abs(x - 1), abs(y - 1)) < 0.5)
+    assert np.array_equal(signal.patches.free == 0.0, inside)
+    for _ in range(60):
+        model.step()
+    assert (signal.values[inside] == 0.0).all()
+    assert (signal.values[~inside] > 0.0).all()
+
+
 def test_a_failed_step_takes_the_signal_back(monkeypatch):
     signal = field()
     model = scene(signal)
@@ -346,7 +391,10 @@ def test_nobody_and_all_on_one_point_are_defined(sensing):
         ({"obstacles": np.zeros((3, 3))}, "obstacles has shape"),
         ({"start": np.zeros(7)}, "start has shape"),
         ({"by": "charm"}, "reads column 'charm'"),
-        ({"view": "view"}, "a cone needs 'vicinity'"),
+        ({"view": "view"}, "view is 'view' and sensing 'bilinear'; it needs 'vicinity'"),
+        ({"sight": "sight"}, "sight is 'sight' and sensing 'bilinear'; it needs 'vicinity'"),
+        ({"sight": "eyes", "sensing": "vicinity"}, "reads column 'eyes'"),
+        ({"view": "eyes", "sensing": "vicinity"}, "reads column 'eyes'"),
         ({"name": "my scent"}, "name is 'my scent'"),
     ],
 )

@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from mesa import DataCollector
-from mesa.discrete_space import PropertyLayer
+from mesa.discrete_space import OrthogonalMooreGrid
+from mesa.visualization.components import PropertyLayerStyle
+from mesa.visualization.mpl_space_drawing import draw_property_layers
 
 from apmethod import (
     Animal,
     AnimalModel,
+    Column,
     Law,
     ParticleModel,
     Skill,
@@ -69,25 +73,25 @@ def test_a_failed_step_is_taken_back():
 
 
 class Watcher(Animal):
-    @term("directed", reads=("heading",))
+    heading = Column(2, start=(1.0, 0.0))
+    sight = Column(start=2.0)
+
+    @term("directed", reads=("heading", "sight"))
     def ahead(pair, i, j):
-        """How many are within 45 degrees of where the animal is heading."""
+        """How many it sees within 45 degrees of where it is heading, as far as it sees."""
         # pair.x is from the other one to this one.
         facing = -(pair.x * i.heading[0] + pair.y * i.heading[1])
-        return 1.0 if facing >= 0.7071 * pair.distance else 0.0
+        return 1.0 if pair.distance <= i.sight and facing >= 0.7071 * pair.distance else 0.0
 
 
-def test_a_view_cone_is_a_directed_term():
-    class Fixed(Skill):
-        def attach(self, model):
-            super().attach(model)
-            self.declare("heading", 2, start=(1.0, 0.0))
-
-    model = ParticleModel(Watcher, core_radius=2.0, dt=1.0, skills=[Fixed()])
-    Watcher.create_agents(model, 3, position=[(0, 0), (1, 0.2), (0, 1.5)])
+@pytest.mark.parametrize("tier", ["compiled", "agents"])
+def test_what_an_animal_sees_of_others_is_a_directed_term(tier):
+    model = ParticleModel(Watcher, core_radius=2.0, dt=1.0, tier=tier)
+    Watcher.create_agents(model, 3, position=[(0, 0), (1, 0.2), (0, 1.5)], sight=[2, 2, 1])
+    Watcher(model, position=(-1.0, 1.5), sight=1.2)
     model.step()
-    assert [agent.ahead for agent in model.particles.agents] == [1.0, 0.0, 0.0]
-    assert len(neighbour_pairs(model.space.cells)) == 3
+    assert [agent.ahead for agent in model.particles.agents] == [1.0, 0.0, 0.0, 1.0]
+    assert len(neighbour_pairs(model.space.cells)) == 5
 
 
 def test_mesa_collects_and_draws_them():
@@ -102,9 +106,22 @@ def test_mesa_collects_and_draws_them():
     assert collector.model_vars["groups"] == [len(model.groups.current)]
     assert set(collector.get_agent_vars_dataframe()["group"]) == set(model.particles.group)
     assert model.agents.get("signal") == [agent.signal for agent in model.agents]
-    layer = PropertyLayer.from_data("signal", model.signal.values)
-    east, north = (int(part) for part in model.particles.agents[0].position)
-    assert layer.data[east, north] == model.signal.values[east, north] > 0.0
+
+
+def test_mesa_draws_and_selects_by_a_signal():
+    model = AnimalModel(particles=50, side=10.0, rng=1)
+    model.particles.assign("position", (7.5, 2.5))
+    grid = OrthogonalMooreGrid(model.signal.patches.shape, random=model.random)
+    grid.add_property_layer(model.signal.layer)
+    for _ in range(3):
+        model.step()
+    assert np.array_equal(grid.signal.data, model.signal.values)
+    assert grid[7, 2].signal == model.signal.values.max() > 0.0
+    assert [tuple(map(int, at)) for at in grid.select_cells(extreme_values={"signal": "highest"})
+            ] == [(7, 2)]  # fmt: skip
+    ax = Figure().subplots()
+    draw_property_layers(grid, lambda layer: PropertyLayerStyle(colormap="magma_r"), ax)
+    assert np.array_equal(ax.images[0].get_array(), model.signal.values.T)
 
 
 def test_batches_run_scenes_with_skills():

@@ -11,6 +11,7 @@ from apmethod import (
     FarthestGroup,
     Groups,
     HighestGradient,
+    Life,
     OldestGroup,
     ParticleModel,
     Periodic,
@@ -38,17 +39,22 @@ class SmallestWithin(Strategy):
         return -group.size if group.distance < agent.courage else -1e9
 
 
-def valley(choices=CHOICES, *, agent_class=Animal, speed=0.5, count=None, **options):
+class Hawk(Animal):
+    sight = Column(start=1e9)
+    view = Column(start=-1.0)
+
+
+def valley(choices=CHOICES, *, agent_class=Animal, speed=0.5, sight=None, view=None, **options):
     """An old group in the west, a young large one in the east, and singles in between."""
     signal = SignalField(1.0, production=0.3, diffusivity=0.2, evaporation=0.1)
     groups = Groups(1.0, 5)
-    strategies = Strategies(groups, choices)
+    strategies = Strategies(groups, choices, sight=sight, view=view)
     model = ParticleModel(
         agent_class,
         core_radius=3.0,
         domain=Periodic((0, 0), (SIDE, SIDE)),
         laws=[Diffusion(0.01), Pursue(signal, 0.1, speed)],
-        skills=[signal, groups, strategies],
+        skills=[signal, groups, strategies, Life()],
         dt=0.1,
         rng=1,
         **options,
@@ -122,6 +128,50 @@ def test_both_tiers_choose_alike():
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-13)
 
 
+def test_an_animal_goes_for_the_best_group_that_it_sees():
+    """The farthest is east; one sees no farther than 6, one looks west, one sees all."""
+    model, _, strategies = valley(agent_class=Hawk, sight="sight", view="view")
+    strategies.give(singles(model), FarthestGroup)
+    positions = model.particles.position.copy()
+    positions[-3:] = (15.0, 20.0)
+    model.particles.assign("position", positions)
+    near, behind, all_round = singles(model)
+    near.sight, behind.view, behind.heading = 6.0, np.cos(0.3), (-2.0, 0.0)
+    model.step()
+    for agent, ahead in ((near, -1.0), (behind, -1.0), (all_round, 1.0)):
+        np.testing.assert_allclose(agent.goal, (ahead, 0.0), atol=0.05)
+    near.sight = 3.0
+    model.step()
+    assert near.goal.tolist() == [0.0, 0.0]
+
+
+def test_who_sees_nothing_sees_the_group_it_is_in():
+    model, _, strategies = valley(agent_class=Hawk, sight="sight", view="view")
+    strategies.give(model.agents, YoungestGroup)
+    model.particles.assign("sight", 0.0)
+    model.step()
+    in_group = model.particles.group >= 0
+    assert in_group.sum() == 40
+    assert (model.particles.goal == 0.0).all()
+
+
+def test_both_tiers_see_alike():
+    found = []
+    for tier in ("compiled", "agents"):
+        model, _, strategies = valley(agent_class=Hawk, sight="sight", view="view", tier=tier)
+        draw = np.random.default_rng(7)
+        for k, choice in enumerate(CHOICES):
+            strategies.give(model.particles.agents[k :: len(CHOICES)], choice)
+        model.particles.assign("sight", draw.uniform(2.0, 20.0, 43))
+        model.particles.assign("view", draw.uniform(-1.0, 0.5, 43))
+        for _ in range(3):
+            model.step()
+        found.append((model.particles.position, model.particles.goal))
+    assert 0 < (found[0][1] != 0.0).any(axis=1).sum() < 43
+    for ours, theirs in zip(*found, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-13)
+
+
 class Leader(Animal):
     """Goes its own way, in Python."""
 
@@ -171,6 +221,11 @@ def test_groups_must_come_first():
     groups = Groups(1.0)
     with pytest.raises(ValueError, match="name the groups first"):
         ParticleModel(Animal, core_radius=2.0, dt=1.0, skills=[Strategies(groups, CHOICES), groups])
+
+
+def test_a_column_that_is_not_there_is_refused():
+    with pytest.raises(ValueError, match="Strategies reads column 'eyes'"):
+        valley(sight="eyes")
 
 
 def test_an_unknown_strategy_is_refused():

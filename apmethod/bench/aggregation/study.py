@@ -14,9 +14,11 @@ _LEADERS = 10_000, 50
 #: Seeds from here on have had no part in choosing the scenes' parameters or what is compared.
 _FIRST_SEED = 100
 #: What is compared in each figure.
+_STABLE = ("settling_time", "last_event", "events", "groups", "share_in_groups")
 _COMPARED = {
     "figure 9": ("groups", "share_in_groups"),
-    "figure 10": ("stable_since", "events", "groups", "share_in_groups"),
+    "figure 10": _STABLE,
+    "figure 10, low diffusivity": _STABLE,
 }
 
 
@@ -31,7 +33,7 @@ def study(
         seeds: number of seeds of each setting of a figure.
         size: number of animals whose steps and groups are timed.
         rounds: timed rounds.
-        until: end of the figures' runs, by default their own.
+        until: end of the figures' runs where that is before their own.
         report: called with the share done and the runs made.
 
     Returns:
@@ -60,7 +62,7 @@ def study(
         )
         results["rows"] += rows
         results["compared"] += [gatherings.compared(rows, figure, what) for what in compared]
-        path = folder / f"{figure.replace(' ', '_')}.png"
+        path = folder / f"{figure.replace(',', '').replace(' ', '_')}.png"
         gatherings.draw(models, figure, path)
         results["pictures"][figure] = str(path)
     return results
