@@ -209,12 +209,22 @@ def _scale(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
 
 
 def _error(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench.error.study import CHOSEN, EDGES, QUICK, SIZES, study
+    from apmethod.bench.error.study import (
+        CHOSEN,
+        EDGES,
+        PATIENCE,
+        QUICK,
+        QUICK_PATIENCE,
+        SIZES,
+        study,
+    )
 
     names = options.problems.split(",") if options.problems else QUICK if options.quick else CHOSEN
     sizes = options.sizes or (SIZES[:4] if options.quick else SIZES)
     edges = EDGES[:3] if options.quick else EDGES
-    return study(names, sizes, edges, options.out or Path("out") / "bench_error", report)
+    folder = options.out or Path("out") / "bench_error"
+    patience = QUICK_PATIENCE if options.quick else PATIENCE
+    return study(names, sizes, edges, folder, report, patience=patience)
 
 
 def _aggregation(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
