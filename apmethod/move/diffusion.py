@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from math import sqrt
 
 import numpy as np
@@ -139,6 +140,15 @@ class Diffusion(Law):
         """
         if self.diffusivity == 0.0:
             return np.inf
-        k, transform = kernel.transform
-        rate = float((k * k * self.form.decay(transform)).max())
-        return reach / rate * smoothing_length**2 / self.diffusivity
+        return reach / _quickest(kernel, self.form) * smoothing_length**2 / self.diffusivity
+
+    def largest_speed(self, smoothing_length: float) -> float:
+        """``limit`` D/h."""
+        return self.parameters["limit"] * self.diffusivity / smoothing_length
+
+
+@cache
+def _quickest(kernel: Kernel, form: Form) -> float:
+    """The largest k^2 g(k), for h = 1."""
+    k, transform = kernel.transform
+    return float((k * k * form.decay(transform)).max())

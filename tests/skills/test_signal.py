@@ -18,6 +18,7 @@ from apmethod import (
     Periodic,
     SignalField,
     StepFailed,
+    Unstable,
     set_threads,
 )
 from apmethod.compile.threads import threads
@@ -261,6 +262,7 @@ def test_both_tiers_lay_and_sense_alike(laying, sensing):
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.filterwarnings("ignore::apmethod.Unstable")  # patches much smaller than agents feel
 @pytest.mark.parametrize("sensing", ["bilinear", "vicinity"])
 def test_threads_change_no_bit(sensing):
     found, before = [], threads()
@@ -323,8 +325,9 @@ def test_nobody_and_all_on_one_point_are_defined(sensing):
     empty.step()
     assert empty.skills[0].total == 0.0
     crowd = scene(field(sensing=sensing), positions=np.full((500, 2), 6.1))
-    for _ in range(20):
-        crowd.step()
+    with pytest.warns(Unstable, match=r"step 11 .*: law 'follows \w+' allows at most"):
+        for _ in range(20):
+            crowd.step()
     assert np.isfinite(crowd.particles.position).all()
     assert crowd.skills[0].total > 0.0
 
