@@ -6,7 +6,7 @@ Every tenth step the agents are looked at.  The signs, and where they begin:
 * the diffusion velocity is at its limit (see `apmethod.move.diffusion`) for agents with
   more than `LIMITED` of the mass;
 * its root mean square has grown by `GROWTH` since the last look and is above `NOISE` of
-  that limit: diffusion alone calms down, and an unstable one ends in a noise of that size;
+  that limit: diffusion alone calms down, and an unstable one ends in noise;
 * the core radius has fallen below `COLLAPSED` of the one at first;
 * agents that had enough neighbours at first have fewer than `LONELY` on average, so that
   their sums are no integrals any more.
@@ -32,7 +32,7 @@ EVERY = 10
 #: Share of the mass.  Healthy runs of all schemes have less than 0.01.
 LIMITED = 0.05
 #: Healthy runs grow by less than 1.1 between two looks, unstable ones by 2 and more.
-GROWTH, NOISE = 1.5, 0.08
+GROWTH, NOISE = 1.5, 0.01
 #: Share of the first core radius.
 COLLAPSED = 0.05
 #: Neighbours on average, and how many there must have been at first.
@@ -97,8 +97,9 @@ class Watch:
         if law is None or dt <= limits[law] * (1.0 + 1e-9):
             return ""
         return (
-            f"the time step {dt:.6g} is unstable: law {law.name!r} allows at most {limits[law]:.6g} "
-            f"with the core radius {model.space.core_radius:.4g} of now; give a smaller dt, or None"
+            f"the time step {dt:.6g} is unstable: law {law.name!r} allows at most "
+            f"{limits[law]:.6g} with the core radius {model.space.core_radius:.4g} of now; give "
+            "a smaller dt, or None"
         )
 
     def _radius_and_neighbours(self, counts: bool) -> str:
@@ -144,9 +145,9 @@ class Watch:
         if mean > max(GROWTH * before, NOISE):
             fastest = rows[np.argsort(-speed)[:_NAMED]]
             return (
-                f"the velocity by law {law.name!r} has grown by {mean / before:.2g} in {EVERY} steps, most for "
-                f"{self._named(fastest)}; the time step {model.motion.dt:.4g} is too long for "
-                "how they stand, give a smaller one"
+                f"the velocity by law {law.name!r} has grown by {mean / before:.2g} in {EVERY} "
+                f"steps, most of all for {self._named(fastest)}; the time step "
+                f"{model.motion.dt:.4g} is too long for how they stand, give a smaller one"
             )
         return ""
 

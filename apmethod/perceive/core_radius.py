@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from apmethod.perceive.lattice import QuadLattice
 
 
+#: Share of the first core radius below which none falls.
+_LEAST = 1e-3
+
+
 class FollowDensity:
     """One core radius for all agents that grows as the cloud thins out.
 
@@ -20,6 +24,10 @@ class FollowDensity:
 
     which keeps the number of neighbours of the typical agent.  A fixed radius runs out of
     neighbours when a cloud spreads.
+
+    Agents that are all isolated keep the radius, as each is its own density, m W(0).  It is
+    at most half the shortest periodic side, and at least a thousandth of R(0): agents on one
+    point would shrink it without end.  While no mass has a density it stays what it is.
     """
 
     def __init__(self) -> None:
@@ -44,7 +52,8 @@ class FollowDensity:
         if self._first is None:
             self._first = (space.core_radius, mean)
         radius, first = self._first
-        space.core_radius = min(radius * np.sqrt(first / mean), _largest(space))
+        wanted = radius * max(np.sqrt(first / mean), _LEAST)
+        space.core_radius = min(wanted, _largest(space))
 
 
 def _largest(space: QuadLattice) -> float:
