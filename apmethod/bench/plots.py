@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from apmethod.bench.error.compare import front
+from apmethod.bench.stability.plot import draw as draw_stability  # noqa: F401
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from apmethod.bench.results import machine_line
+from apmethod.bench.stability.tables import tables as stability
 from apmethod.run.report import print_table
 
 #: A table: its title, its columns' names, and its rows.
@@ -16,7 +17,7 @@ def show(results: dict[str, Any], files: dict[str, str]) -> None:
     """Print a benchmark's tables, what was checked, where it ran, and its files."""
     makers = {
         "neighbours": _neighbours, "sums": _sums, "scale": _scale, "error": _error,
-        "aggregation": _aggregation, "obstacles": _obstacles,
+        "aggregation": _aggregation, "obstacles": _obstacles, "stability": stability,
     }  # fmt: skip
     for title, head, rows in makers[results["benchmark"]](results):
         print_table(title, rows, head)
