@@ -30,7 +30,10 @@ if TYPE_CHECKING:
     from apmethod.move.obstacles.collection import Obstacles
     from apmethod.move.obstacles.shapes import Obstacle
 
-#: Share of the largest stable step that a step chosen by the model takes.
+#: Share of the largest stable step, by theory, that a step chosen by the model takes.
+#: ``apmethod bench stability`` measures limits of 0.96 of the theory and more on lattices, and
+#: 0.83 and more for agents at random or in clusters.  Neighbours whose masses differ at random
+#: by four decades have theirs at 0.5; smooth fields have no such neighbours.
 MARGIN = 0.7
 
 

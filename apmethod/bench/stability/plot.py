@@ -52,8 +52,6 @@ def _map(figure: Figure, ax: Axes, name: str, rows: Rows) -> None:
     image = ax.pcolormesh(
         shares, spacings, np.clip(growth, 0.5, 1.5), cmap="RdBu_r", vmin=0.5, vmax=1.5
     )
-    if len(spacings) > 1 and len(shares) > 1 and growth.min() < 1.0 < growth.max():
-        ax.contour(shares, spacings, growth, levels=[1.0], colors="black")
     figure.colorbar(image, ax=ax, label="growth of velocities in a step")
     ax.set_title(name)
     ax.set_xlabel("dt over the theory's limit")
