@@ -113,7 +113,7 @@ def test_the_command(monkeypatch, capsys, tmp_path):
         study, "_quick", lambda: [
             lambda: [limits.limit(("blob", "gaussian", "euler"))],
             lambda: limits.growths(("blob", "gaussian", "euler"), [1.4], [0.5, 1.5], along=16),
-            lambda: starts.starts("conservative", 1),
+            lambda: [starts._row("conservative", "random", 1.0, 1)],
             lambda: starts.mass_ratios("conservative", [1], 1),
             lambda: scales.units("conservative", (0, 3), 100),
             lambda: scales.peclet("conservative", [1e-2, 1e-4], 100),
@@ -128,7 +128,7 @@ def test_the_command(monkeypatch, capsys, tmp_path):
     results = json.loads((tmp_path / "stability.json").read_text())
     assert results["margin"]["chosen"] == MARGIN
     with open(tmp_path / "stability.csv") as file:
-        assert len(list(csv.DictReader(file))) == len(results["rows"]) == 17
+        assert len(list(csv.DictReader(file))) == len(results["rows"]) == 13
     assert (tmp_path / "stability.png").read_bytes().startswith(b"\x89PNG")
 
 
