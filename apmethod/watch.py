@@ -79,7 +79,7 @@ class Watch:
         if sign:
             self.told = True
             warnings.warn(
-                f"step {model.steps} (from time {model.elapsed:g}): {sign}", Unstable, stacklevel=3
+                f"step {model.steps} (from time {model.elapsed:g}): {sign}", Unstable, stacklevel=4
             )
 
     def likely_cause(self) -> str:

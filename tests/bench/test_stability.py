@@ -51,7 +51,7 @@ def test_starts_stand_in_the_box(start):
 
 def test_a_chosen_step_is_stable_however_agents_stand():
     """As `MARGIN` says; neighbours of very unequal mass are where it does not hold."""
-    rows = [starts._row("conservative", start, 1.0, 3) for start in ("random", "clustered")]
+    rows = [starts.measured("conservative", start, 1.0, 3) for start in ("random", "clustered")]
     for row in rows:
         assert row["share_of_limit"] > MARGIN
         assert row["speed_last"] < 0.1 * row["speed_first"]
@@ -113,7 +113,7 @@ def test_the_command(monkeypatch, capsys, tmp_path):
         study, "_quick", lambda: [
             lambda: [limits.limit(("blob", "gaussian", "euler"))],
             lambda: limits.growths(("blob", "gaussian", "euler"), [1.4], [0.5, 1.5], along=16),
-            lambda: [starts._row("conservative", "random", 1.0, 1)],
+            lambda: [starts.measured("conservative", "random", 1.0, 1)],
             lambda: starts.mass_ratios("conservative", [1], 1),
             lambda: scales.units("conservative", (0, 3), 100),
             lambda: scales.peclet("conservative", [1e-2, 1e-4], 100),

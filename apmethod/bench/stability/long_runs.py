@@ -20,7 +20,7 @@ Moment = tuple[float, np.ndarray, float]
 BOUNDS = {
     "mass_drift": 1e-12,  # unless obstacles take agents out, and then it may not grow
     "outside": 0,  # agents outside of their domain
-    "radius_growth": 100.0,  # largest or least core radius over the first, or the reverse
+    "radius_growth": 100.0,  # largest core radius over the first, or the first over the least
     "warnings": 0,  # signs of instability
 }
 

@@ -30,9 +30,9 @@ _SHAKEN = 1e-3
 _ALONG = 16
 
 
-def starts(name: str, halvings: int) -> list[dict[str, Any]]:
+def disorder(name: str, halvings: int) -> list[dict[str, Any]]:
     """One row for each way to stand at the start, with equal masses."""
-    return [_row(name, start, 1.0, halvings) for start in STARTS]
+    return [measured(name, start, 1.0, halvings) for start in STARTS]
 
 
 def mass_ratios(name: str, decades: Sequence[int], halvings: int) -> list[dict[str, Any]]:
@@ -41,10 +41,10 @@ def mass_ratios(name: str, decades: Sequence[int], halvings: int) -> list[dict[s
     Their logarithms are uniform and random: the worst case, next to each other stand agents
     that have nothing in common.
     """
-    return [_row(name, "jittered", 10.0**decade, halvings) for decade in decades]
+    return [measured(name, "jittered", 10.0**decade, halvings) for decade in decades]
 
 
-def _row(name: str, start: str, ratio: float, halvings: int) -> dict[str, Any]:
+def measured(name: str, start: str, ratio: float, halvings: int) -> dict[str, Any]:
     scheme, spacings = SCHEMES[name]
     box = Box(*scheme, along=_ALONG, spacings=spacings, start=start, mass_ratio=ratio)
     calm = _speeds(box, 0.1)

@@ -47,15 +47,16 @@ def study(quick: bool = False, report: Report | None = None) -> dict[str, Any]:
 
 def margin(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Share of its limit that a chosen step takes, and the least limit measured over theory."""
-    measured = [row["measured_over_theory"] for row in rows if row["study"] == "limit"]
-    starts = [row for row in rows if row["study"] == "start"]
-    equal = [row["share_of_limit"] for row in starts if row["mass_ratio"] == 1.0]
-    uneven = [row["share_of_limit"] for row in starts if row["mass_ratio"] > 1.0]
+    off_lattice = [row for row in rows if row["study"] == "start"]
+
+    def least(uneven: bool) -> float:
+        return min(r["share_of_limit"] for r in off_lattice if (r["mass_ratio"] > 1.0) == uneven)
+
     return {
         "chosen": MARGIN,
-        "on a lattice": min(measured),
-        "in disorder": min(equal),
-        "with uneven masses": min(uneven),
+        "on a lattice": min(r["measured_over_theory"] for r in rows if r["study"] == "limit"),
+        "in disorder": least(uneven=False),
+        "with uneven masses": least(uneven=True),
     }
 
 
@@ -68,7 +69,7 @@ def _full() -> list[Part]:
             for each, _ in schemes.values()
             for h in _SPACINGS
         ),
-        *((lambda name=name: starts.starts(name, 7)) for name in schemes),
+        *((lambda name=name: starts.disorder(name, 7)) for name in schemes),
         *((lambda name=name: starts.mass_ratios(name, range(1, 9), 7)) for name in schemes),
         *((lambda name=name: scales.units(name, (0, *range(-9, 0), *range(1, 4)), 1000))
           for name in schemes),
@@ -90,7 +91,7 @@ def _quick() -> list[Part]:
             for name in names
             for h in _SPACINGS[1::2]
         ),
-        lambda: starts.starts("conservative", 5),
+        lambda: starts.disorder("conservative", 5),
         *((lambda name=name: starts.mass_ratios(name, (8,), 5)) for name in names),
         *((lambda name=name: scales.units(name, (0, -9, -6, -3, 3), 500)) for name in names),
         *((lambda name=name: scales.peclet(name, (1e-2, 1e-4, 1e-6, 1e-9), 500))
