@@ -45,6 +45,7 @@ def mass_ratios(name: str, decades: Sequence[int], halvings: int) -> list[dict[s
 
 
 def measured(name: str, start: str, ratio: float, halvings: int) -> dict[str, Any]:
+    """The limit of one start, by that many halvings; what its first velocities are like."""
     scheme, spacings = SCHEMES[name]
     box = Box(*scheme, along=_ALONG, spacings=spacings, start=start, mass_ratio=ratio)
     calm = _speeds(box, 0.1)
