@@ -163,9 +163,9 @@ class ParticleModel(mesa.Model):
                         self.message()
                 self.advance(stage)
             self.motion.arrived()
-            self.watch.look()
             self.finish(dt)
             check_finite(self)
+            self.watch.look()
             self.procedure.take_turns("end", dt)
             self.elapsed = self._landed(dt)
             if self.obstacles is not None:

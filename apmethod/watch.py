@@ -35,7 +35,7 @@ LIMITED = 0.05
 GROWTH, NOISE = 1.5, 0.01
 #: Share of the first core radius.
 COLLAPSED = 0.05
-#: Neighbours on average, and how many there must have been at first.
+#: Neighbours on average, and how many there must have been when the last agent came or went.
 LONELY, ENOUGH = 4.0, 10.0
 #: Agents that a warning names.
 _NAMED = 5
@@ -54,7 +54,8 @@ class Watch:
     def __init__(self, model: ParticleModel):
         self.model = model
         self.told = False
-        self._first: tuple[float, float] | None = None
+        self._first_radius = 0.0
+        self._first_around = np.inf
         self._speeds: dict[Law, float] = {}
         self._changes = -1
 
@@ -72,7 +73,9 @@ class Watch:
             for law in model.motion.evaluated
             if 0.0 < law.largest_speed(model.bus.smoothing_length) < np.inf
         ]
-        sign = self._too_long() or self._radius_and_neighbours(bool(limited))
+        sign = self._too_long() or self._collapsed()
+        if limited:
+            sign = sign or self._lonely()
         for law in limited:
             sign = sign or self._too_fast(law)
         self._changes = model.particles.changes
@@ -102,26 +105,32 @@ class Watch:
             "a smaller dt, or None"
         )
 
-    def _radius_and_neighbours(self, counts: bool) -> str:
-        space, particles = self.model.space, self.model.particles
-        area = np.pi * 4.0**space.level / (2 * 2**space.level + 1) ** 2
-        around = area * space.cells.candidates() / len(particles) - 1.0 if counts else np.inf
-        if self._first is None:
-            self._first = space.core_radius, around
-        radius, neighbours = self._first
-        if space.core_radius < COLLAPSED * radius:
-            return (
-                f"the core radius has collapsed to {space.core_radius:.4g}, at first it was "
-                f"{radius:.4g}; {self._densest()} have crowded in one place, a radius rule with "
-                "a floor keeps them apart"
-            )
-        if around < LONELY and ENOUGH <= neighbours < np.inf:
-            return (
-                f"the agents have some {max(around, 0.0):.1f} neighbours on average, at first "
-                f"they had {neighbours:.0f}; the cloud has spread or run apart, and a core radius "
-                "that follows the density, or a larger one, would find them"
-            )
-        return ""
+    def _collapsed(self) -> str:
+        model, radius = self.model, self.model.space.core_radius
+        self._first_radius = self._first_radius or radius
+        if model.radius_rule is None or radius >= COLLAPSED * self._first_radius:
+            return ""
+        densest = np.argsort(-model.particles.array("density"))[:_NAMED]
+        return (
+            f"the core radius has collapsed to {radius:.4g}, at first it was "
+            f"{self._first_radius:.4g}; {self._named(densest)} have crowded in one place, a "
+            "radius rule with a floor keeps them apart"
+        )
+
+    def _lonely(self) -> str:
+        space, count = self.model.space, len(self.model.particles)
+        # Candidates are looked for in a square; the circle's share of it are neighbours.
+        share = np.pi * 4.0**space.level / (2 * 2**space.level + 1) ** 2
+        around = max(share * space.cells.candidates() / count - 1.0, 0.0)
+        if not self._unchanged:
+            self._first_around = around
+        if around >= LONELY or self._first_around < ENOUGH:
+            return ""
+        return (
+            f"the agents have some {around:.1f} neighbours on average, at first they had "
+            f"{self._first_around:.0f}; the cloud has spread or run apart, and a core radius that "
+            "follows the density, or a larger one, would find them"
+        )
 
     def _too_fast(self, law: Law) -> str:
         model, h = self.model, self.model.bus.smoothing_length
@@ -181,6 +190,3 @@ class Watch:
         kinds = "/".join(dict.fromkeys(type(agent).__name__ for agent in agents))
         more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
         return f"agents {names}{more} ({kinds})"
-
-    def _densest(self) -> str:
-        return self._named(np.argsort(-self.model.particles.array("density"))[:_NAMED])
