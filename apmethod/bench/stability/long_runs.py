@@ -100,16 +100,17 @@ def scene(name: str, times: float = 10.0) -> dict[str, Any]:
         while model.elapsed < model.until:
             model.step()
             radii.append(model.space.core_radius)
-    grown = model.particles.mass.sum() / mass - 1.0
+    grown = float(model.particles.mass.sum() / mass - 1.0)
+    said = [str(each.message) for each in caught if issubclass(each.category, Unstable)]
     domain, places = model.space.domain, model.particles.position
     found = {
         "mass_drift": max(grown, 0.0) if model.obstacles is not None else abs(grown),
         "outside": int(((places < domain.lower) | (places > domain.upper)).any(axis=1).sum()),
         "radius_growth": max(max(radii) / radius, radius / min(radii)),
-        "warnings": sum(issubclass(each.category, Unstable) for each in caught),
+        "warnings": len(said),
     }
     return {
         "study": "scene", "scene": name, "time": model.elapsed, "steps": model.steps,
-        "agents": len(places), **found,
+        "agents": len(places), **found, "said": "; ".join(said),
         "kept": all(found[bound] <= most for bound, most in BOUNDS.items()),
     }  # fmt: skip
