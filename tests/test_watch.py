@@ -72,8 +72,8 @@ def test_a_velocity_that_grows_is_told(form, share, unstable):
     side = (np.arange(16) + 0.5) / 16
     places = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     model = ParticleModel(
-        DiffusingParticle, core_radius=3.4 * 2.0 / 16, kernel="gaussian", laws=[Hopeful(1e-2, form)],
-        domain=Periodic((0, 0), (1, 1)), dt=1e-3,
+        DiffusingParticle, core_radius=3.4 * 2.0 / 16, kernel="gaussian", dt=1e-3,
+        laws=[Hopeful(1e-2, form)], domain=Periodic((0, 0), (1, 1)),
     )  # fmt: skip
     shaken = (places + 1e-4 * np.random.default_rng(1).normal(size=places.shape)) % 1.0
     DiffusingParticle.create_agents(model, len(places), position=shaken, mass=1.0 / len(places))
