@@ -51,7 +51,7 @@ SCHEMES: dict[str, tuple[dict[str, Any], int]] = {
 EDGES = (15, 30, 60, 120)
 #: A contender whose run took longer than this, in seconds, gets no larger ones; in the
 #: short form it is less.
-PATIENCE, QUICK_PATIENCE = 12.0, 4.0
+PATIENCE, QUICK_PATIENCE = 12.0, 2.0
 #: Short runs are repeated until they have taken this long, in seconds, or so often.
 _ENOUGH, _ROUNDS = 1.0, 5
 
