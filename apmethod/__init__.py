@@ -15,7 +15,7 @@ _HOMES = {
     "apmethod.contribute.smoothing": ("KERNELS", "Kernel"),
     "apmethod.contribute.terms": ("Pair", "Term", "term"),
     "apmethod.contribute.sample": ("sample",),
-    "apmethod.errors": ("StepFailed",),
+    "apmethod.errors": ("StepFailed", "Unstable"),
     "apmethod.explanation": ("explain",),
     "apmethod.field.accuracy": ("ACCURACIES",),
     "apmethod.field.model": ("FieldModel",),

@@ -1,4 +1,7 @@
-"""What a run raises when it goes wrong; bad input raises ``ValueError`` or ``TypeError``."""
+"""What a run raises or warns of when it goes wrong.
+
+Bad input raises ``ValueError`` or ``TypeError`` before anything runs.
+"""
 
 
 class StepFailed(RuntimeError):
@@ -13,3 +16,7 @@ class StepFailed(RuntimeError):
         super().__init__(f"step {step} (from time {time:g}): {message}")
         self.step = step
         self.time = time
+
+
+class Unstable(RuntimeWarning):
+    """A run shows signs of being unstable; see `apmethod.watch`.  It goes on."""

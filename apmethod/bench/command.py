@@ -32,6 +32,7 @@ def add_parser(commands: Any) -> None:
     _add_sums(benchmarks)
     _add_scale(benchmarks)
     _add_error(benchmarks)
+    _add_stability(benchmarks)
     _add_aggregation(benchmarks)
     _add_obstacles(benchmarks)
 
@@ -82,6 +83,16 @@ def _add_error(benchmarks: Any) -> None:
     parser.add_argument(
         "--problems", metavar="NAME,NAME,...", help="which problems (default: eight of them)"
     )
+
+
+def _add_stability(benchmarks: Any) -> None:
+    _benchmark(
+        benchmarks, "stability", _stability, "the largest stable steps, beside the theory",
+        "D dt/h^2 of each form, kernel and integrator by bisection; maps over the step and the "
+        "smoothing length; disordered starts, uneven masses, units, Peclet numbers; 10^5 steps, "
+        "and the shipped scenes ten times their length. All of it takes half an hour; sizes are "
+        "given.",
+    )  # fmt: skip
 
 
 def _add_aggregation(benchmarks: Any) -> None:
@@ -211,12 +222,30 @@ def _scale(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
 
 
 def _error(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
-    from apmethod.bench.error.study import CHOSEN, EDGES, QUICK, SIZES, study
+    from apmethod.bench.error.study import (
+        CHOSEN,
+        EDGES,
+        PATIENCE,
+        QUICK,
+        QUICK_PATIENCE,
+        SIZES,
+        study,
+    )
 
     names = options.problems.split(",") if options.problems else QUICK if options.quick else CHOSEN
     sizes = options.sizes or (SIZES[:4] if options.quick else SIZES)
     edges = EDGES[:3] if options.quick else EDGES
-    return study(names, sizes, edges, options.out or Path("out") / "bench_error", report)
+    folder = options.out or Path("out") / "bench_error"
+    patience = QUICK_PATIENCE if options.quick else PATIENCE
+    return study(names, sizes, edges, folder, report, patience=patience)
+
+
+def _stability(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
+    from apmethod.bench.stability.study import study
+
+    if options.sizes:
+        raise ValueError(f"sizes is {options.sizes}; the stability study has sizes of its own")
+    return study(options.quick, report)
 
 
 def _aggregation(options: argparse.Namespace, report: Callable) -> dict[str, Any]:

@@ -25,6 +25,9 @@ from apmethod.contribute.smoothing import Kernel
 from apmethod.particles import Column
 from apmethod.perceive.domain import distance_2
 
+#: A density that is zero, in any unit: what is divided by it is zero itself.
+NOTHING = 1e-200
+
 PARITIES = {"even": 1.0, "odd": -1.0, "directed": 0.0}
 
 
@@ -192,5 +195,5 @@ def density_difference(pair, i, j):
 @term("odd", weight="mass", components=2, reads=("density",), unit="1/length")
 def blob_gradient(pair, i, j):
     """sum_j m_j (1/rho_i + 1/rho_j) grad_i W_ij (Carrillo, Craig and Patacchini 2019)."""
-    both = 1.0 / i.density + 1.0 / j.density
+    both = 1.0 / max(i.density, NOTHING) + 1.0 / max(j.density, NOTHING)
     return both * pair.grad_x, both * pair.grad_y

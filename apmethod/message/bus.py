@@ -79,6 +79,11 @@ class MessageBus:
         """h of the kernel: the (largest) core radius over the kernel's support."""
         return self.space.core_radius / self.kernel.support
 
+    @property
+    def shortest_length(self) -> float:
+        """The smallest h of any agent: what limits the time step."""
+        return self.space.smallest_radius / self.kernel.support
+
     # -- one round ---------------------------------------------------------------------
 
     def open(self, number: int) -> None:

@@ -11,12 +11,24 @@ The forms differ in how the gradient is taken from the neighbours:
 
 In each, |A| is limited to ``limit`` D/h: nothing diffuses through more than a few
 smoothing lengths in the time h^2/D.
+
+What holds at the edges, in every form:
+
+* An isolated agent has no neighbours and no velocity.
+* Coincident agents give each other nothing and move alike: together they are one agent of
+  their joint mass, for ever.  Whoever wants them apart places them apart, and a scene that
+  makes coincident ones can let them aggregate.
+* A massless agent changes nobody's velocity.  Its own is that of the field where it is, so
+  it is a tracer; where the field is zero, too, it has none.
+* A light agent at a small distance d of a heavy one is driven off at about 2 D d/h^2
+  (blob: twice that), at the edge of its support at the limit.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from math import sqrt
 
 import numpy as np
@@ -25,6 +37,7 @@ from apmethod.checks import finite_number
 from apmethod.compile import inlined
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import (
+    NOTHING,
     Term,
     blob_gradient,
     density,
@@ -43,14 +56,15 @@ def _limited(x, y, largest):
 
 
 def _paper(agent, p):
-    scale = -p.diffusivity / agent.density**2
-    x, y = scale * agent.density_difference[0], scale * agent.density_difference[1]
+    rho = max(abs(agent.density), NOTHING)
+    scale = -p.diffusivity / rho
+    x, y = scale * (agent.density_difference[0] / rho), scale * (agent.density_difference[1] / rho)
     return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
 
 
 def _plain(agent, p):
     # Only a kernel with a negative tail lets the sum fall below a share of the own part.
-    scale = -p.diffusivity / max(agent.density, 0.05 * agent.mass * p.own_w)
+    scale = -p.diffusivity / max(agent.density, 0.05 * agent.mass * p.own_w, NOTHING)
     x, y = scale * agent.density_gradient[0], scale * agent.density_gradient[1]
     return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
 
@@ -139,6 +153,15 @@ class Diffusion(Law):
         """
         if self.diffusivity == 0.0:
             return np.inf
-        k, transform = kernel.transform
-        rate = float((k * k * self.form.decay(transform)).max())
-        return reach / rate * smoothing_length**2 / self.diffusivity
+        return reach / _quickest(kernel, self.form) * smoothing_length**2 / self.diffusivity
+
+    def largest_speed(self, smoothing_length: float) -> float:
+        """``limit`` D/h."""
+        return self.parameters["limit"] * self.diffusivity / smoothing_length
+
+
+@cache
+def _quickest(kernel: Kernel, form: Form) -> float:
+    """The largest k^2 g(k), for h = 1."""
+    k, transform = kernel.transform
+    return float((k * k * form.decay(transform)).max())

@@ -86,6 +86,10 @@ class Law:
         """The largest stable time step, for an integrator that is stable down to -reach."""
         return np.inf
 
+    def largest_speed(self, smoothing_length: float) -> float:
+        """The speed that the law limits itself to."""
+        return np.inf
+
     def turning(self, positions: np.ndarray, time: float) -> float:
         """How fast the law turns or stretches what it moves, 1/time; it limits chosen steps."""
         return 0.0

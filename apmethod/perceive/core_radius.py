@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from apmethod.particles import Particles
     from apmethod.perceive.lattice import QuadLattice
 
+#: Share of the first core radius below which none falls.
+_LEAST = 1e-3
 #: Rounds in which radii come to rest before the first step, at the most.
 _ROUNDS = 50
 
@@ -42,6 +44,10 @@ class FollowDensity(RadiusRule):
 
     which keeps the number of neighbours of the typical agent.  A fixed radius runs out of
     neighbours when a cloud spreads.
+
+    Agents that are all isolated keep the radius, as each is its own density, m W(0).  It is
+    at most half the shortest periodic side, and at least a thousandth of R(0): agents on one
+    point would shrink it without end.  While no mass has a density it stays what it is.
     """
 
     def __init__(self) -> None:
@@ -74,7 +80,8 @@ class FollowDensity(RadiusRule):
         if self._first is None:
             self._first = (space.core_radius, mean)
         radius, first = self._first
-        space.core_radius = min(radius * np.sqrt(first / mean), _largest(space))
+        wanted = radius * max(np.sqrt(first / mean), _LEAST)
+        space.core_radius = min(wanted, _largest(space))
 
 
 @term("even")

@@ -102,6 +102,14 @@ def test_freefem_solves_the_same_problem(name, scheme):
     assert row["seconds"] > 0.0
 
 
+@pytest.mark.skipif(freefem.executable() is None, reason="FreeFem++ is not installed")
+def test_the_shortest_run_of_freefem_is_timed_finer_than_by_the_tick_of_a_clock():
+    (scheme, *_), problem = freefem.SCHEMES, PROBLEMS["diffusion"]
+    seconds = {study.run_elements(freefem, problem, scheme, 4, 2)["seconds"] for _ in range(8)}
+    assert min(seconds) > 0.0
+    assert len(seconds) == 8
+
+
 @pytest.mark.skipif(not scikit_fem.installed(), reason="scikit-fem is not installed")
 @pytest.mark.parametrize("name", ["hill-1e-3", "box"])
 def test_scikit_fem_solves_the_same_problem(name):

@@ -5,14 +5,17 @@ import pytest
 
 from apmethod import (
     FORMS,
+    INTEGRATORS,
     KERNELS,
     AgentParticle,
     DiffusingParticle,
     Diffusion,
     Flow,
+    InertialParticle,
     Law,
     ParticleModel,
     Periodic,
+    Unstable,
 )
 from samples import build, rotation
 
@@ -61,7 +64,7 @@ def wave_growth(form, kernel, share):
         domain=Periodic((0, 0), (1, 1)), dt=1e-12,
     )  # fmt: skip
     model.particles.assign("mass", 1.0 / count**2)
-    model.dt = share * model.largest_dt()
+    model.dt = share * model.largest_dt()  # set in a built model, and not refused
 
     def amplitude():
         shift = (model.particles.position[:, 0] - x + 0.5) % 1.0 - 0.5
@@ -80,12 +83,42 @@ def wave_growth(form, kernel, share):
 )  # fmt: skip
 def test_the_stability_limit_is_where_waves_begin_to_grow(form, kernel):
     assert wave_growth(form, kernel, 0.85) < 1.0
-    assert wave_growth(form, kernel, 1.15) > 10.0
+    with pytest.warns(Unstable, match=r"^step 1 .*the time step \S+ is unstable: .* at most"):
+        assert wave_growth(form, kernel, 1.15) > 10.0
 
 
 def test_an_unstable_step_is_refused_with_both_numbers():
     with pytest.raises(ValueError, match=r"dt is 0.5, which is unstable: .*at most 0\.\d+"):
         build(10, core_radius=0.2, dt=0.5)
+
+
+@pytest.mark.parametrize("form", list(FORMS))
+@pytest.mark.parametrize("kernel", list(KERNELS))
+def test_every_combination_refuses_a_step_outside_its_limit(form, kernel):
+    if form == "blob" and KERNELS[kernel].order > 2:
+        return  # refused for the kernel, see below
+    for name, integrator in INTEGRATORS.items():
+        options = {"form": form, "kernel": kernel, "integrator": name, "core_radius": 0.2}
+        if integrator.of == "acceleration":
+            with pytest.raises(ValueError, match=f"{name}', .* unstable at every dt with a law"):
+                build(0, agent_class=InertialParticle, **options)
+            continue
+        limit = build(0, **options).largest_dt()
+        assert build(0, dt=0.999 * limit, **options).largest_dt() == limit
+        with pytest.raises(ValueError, match=rf"dt is \S+, which is unstable: .* {limit:.6g}"):
+            build(0, dt=1.001 * limit, **options)
+
+
+@pytest.mark.parametrize(
+    ("form", "kernel", "limit"),
+    [("plain", "gaussian", 1.36), ("plain", "gaussian_4", 0.60), ("blob", "gaussian", 0.81),
+     ("plain", "cubic", 0.90), ("plain", "wendland_c4", 0.60)],
+)  # fmt: skip
+def test_limits_of_the_second_order_rules_by_hand(form, kernel, limit):
+    """D dt/h^2 <= 2 / max(k^2 g(k)), with the maxima read off the transforms' curves."""
+    assert Diffusion(1.0, form).largest_step(KERNELS[kernel], 1.0, 2.0) == (
+        pytest.approx(limit, rel=0.02)
+    )
 
 
 def test_the_chosen_step_is_inside_the_limit():

@@ -22,6 +22,9 @@ from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
 from samples import Curious, build, column_by_id
 
+# Radii here are what is tried, not what is good for a run.
+pytestmark = pytest.mark.filterwarnings("ignore::apmethod.Unstable")
+
 UNIT = Periodic((0.0, 0.0), (1.0, 1.0))
 
 

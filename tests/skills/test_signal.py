@@ -20,6 +20,7 @@ from apmethod import (
     Periodic,
     SignalField,
     StepFailed,
+    Unstable,
     set_threads,
     square,
 )
@@ -292,6 +293,7 @@ def test_both_tiers_follow_what_they_see_alike():
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.filterwarnings("ignore::apmethod.Unstable")  # patches much smaller than agents feel
 @pytest.mark.parametrize("sensing", ["bilinear", "vicinity"])
 def test_threads_change_no_bit(sensing):
     found, before = [], threads()
@@ -368,7 +370,9 @@ def test_nobody_and_all_on_one_point_are_defined(sensing):
     empty.step()
     assert empty.skills[0].total == 0.0
     crowd = scene(field(sensing=sensing), positions=np.full((500, 2), 6.1))
-    for _ in range(20):
+    for _ in range(10):
+        crowd.step()
+    with pytest.warns(Unstable, match=r"step 11 .*: law 'follows \w+' allows at most"):
         crowd.step()
     assert np.isfinite(crowd.particles.position).all()
     assert crowd.skills[0].total > 0.0

@@ -19,6 +19,7 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -103,19 +104,25 @@ def solve(
 
 
 def _run(script: str, folder: Path, threads: int) -> float:
-    """Run a script; the wall time between the files ``begun`` and ``ended`` that it makes.
+    """Run a script; the wall time from when it says ``begun`` to when it says ``ended``.
 
-    Its own clock tells processor time, which is not what the agents are timed by.
+    It is our clock that is read: FreeFem++'s own tell processor time or whole seconds, and
+    the times of files that it might leave are as coarse as the system's tick, in which a
+    small run begins and ends.
     """
-    run = subprocess.run(
-        [executable(), "-nw", "-v", "0", script], cwd=folder, capture_output=True, text=True,
+    said, words = {}, []
+    with subprocess.Popen(
+        [executable(), "-nw", "-v", "0", script], cwd=folder, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         env=os.environ | {"OPENBLAS_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)},
-    )  # fmt: skip
+    ) as run:  # fmt: skip
+        for line in run.stdout:
+            said[line.strip()] = perf_counter()
+            words.append(line.strip())
     if run.returncode:
-        last = (run.stdout.strip().splitlines() or ["it said nothing"])[-1]
+        last = next((word for word in reversed(words) if word), "it said nothing")
         raise RuntimeError(f"FreeFem++ ended {script} with {run.returncode}: {last}")
-    begun, ended = ((folder / name).stat().st_mtime_ns for name in ("begun", "ended"))
-    return 1e-9 * (ended - begun)
+    return said["ended"] - said["begun"]
 
 
 def problem_script(problem: Problem, edges: int, steps: int) -> str:

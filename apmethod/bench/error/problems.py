@@ -175,7 +175,9 @@ class Mixture(Problem):
             return np.concatenate([(means @ gradient.T + shift).ravel(), stretch.ravel()])
 
         begin = np.concatenate([self.means.ravel(), self.covariances.ravel()])
-        end = solve_ivp(rates, (0.0, time), begin, "DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
+        size = max(map(abs, self.box))  # the state is lengths and their squares, in any unit
+        least = 1e-15 * np.repeat([size, size**2], [2 * count, 4 * count])
+        end = solve_ivp(rates, (0.0, time), begin, "DOP853", rtol=1e-12, atol=least).y[:, -1]
         return end[: 2 * count].reshape(-1, 2), end[2 * count :].reshape(-1, 2, 2)
 
 

@@ -49,8 +49,9 @@ SCHEMES: dict[str, tuple[dict[str, Any], int]] = {
 }
 #: Mesh edges along a side.
 EDGES = (15, 30, 60, 120)
-#: A contender whose run took longer than this, in seconds, gets no larger ones.
-PATIENCE = 12.0
+#: A contender whose run took longer than this, in seconds, gets no larger ones; in the
+#: short form it is less.
+PATIENCE, QUICK_PATIENCE = 12.0, 2.0
 #: Short runs are repeated until they have taken this long, in seconds, or so often.
 _ENOUGH, _ROUNDS = 1.0, 5
 
@@ -63,6 +64,8 @@ def study(
     edges: Sequence[int] = EDGES,
     folder: Path | None = None,
     report: Report | None = None,
+    *,
+    patience: float = PATIENCE,
 ) -> dict[str, Any]:
     """Run all contenders on the problems.
 
@@ -72,6 +75,7 @@ def study(
         edges: finite-element meshes, in edges along a side.
         folder: where finished runs are kept; None for nowhere.
         report: called with the share done and the runs made.
+        patience: seconds of a run after which its contender gets no larger ones.
 
     Returns:
         A dictionary with ``rows``, one a run, ``orders`` and ``comparisons``.
@@ -95,9 +99,9 @@ def study(
     rows: list[Run] = []
     for problem, contender in plan:
         if contender in SCHEMES:
-            rows += _agents(problem, contender, sizes, kept)
+            rows += _agents(problem, contender, sizes, kept, patience)
         else:
-            rows += _elements(elements, problem, contender, edges, kept)
+            rows += _elements(elements, problem, contender, edges, kept, patience)
         progress.made(1)
     return {
         "benchmark": "error",
@@ -135,7 +139,9 @@ class _Kept:
 # -- agents ----------------------------------------------------------------------------
 
 
-def _agents(problem: Problem, scheme: str, sizes: Sequence[int], kept: _Kept) -> list[Run]:
+def _agents(
+    problem: Problem, scheme: str, sizes: Sequence[int], kept: _Kept, patience: float
+) -> list[Run]:
     options, largest = SCHEMES[scheme]
     warm: list[None] = []
 
@@ -147,7 +153,7 @@ def _agents(problem: Problem, scheme: str, sizes: Sequence[int], kept: _Kept) ->
 
     rows = []
     for size in sizes:
-        if size > largest or (rows and rows[-1]["seconds"] > PATIENCE):
+        if size > largest or (rows and rows[-1]["seconds"] > patience):
             break
         key = {"problem": problem.name, "contender": scheme, "options": str(options), "size": size}
         rows.append(kept.or_made(key, lambda size=size: run(size)))
@@ -183,12 +189,13 @@ def run_agents(problem: Problem, scheme: str, size: int, seed: int = 1) -> Run:
 
 
 def _elements(
-    library: Any, problem: Problem, scheme: str, edges: Sequence[int], kept: _Kept
-) -> list[Run]:
+    library: Any, problem: Problem, scheme: str, edges: Sequence[int], kept: _Kept,
+    patience: float,
+) -> list[Run]:  # fmt: skip
     rows: list[Run] = []
     for along in edges:
         for steps in steps_for(problem, scheme, along):
-            if any(row["seconds"] > PATIENCE for row in rows):
+            if any(row["seconds"] > patience for row in rows):
                 return rows
             key = {"problem": problem.name, "contender": scheme, "edges": along, "steps": steps}
             rows.append(

@@ -1,0 +1,1 @@
+"""Stability: limits by bisection beside the theory, maps, units, and long runs."""
