@@ -156,8 +156,9 @@ class Watch:
         if mass[at_limit].sum() > LIMITED * total:
             return (
                 f"law {law.name!r} is at its limit {np.min(top):.4g} for "
-                f"{self._named(rows[at_limit])} ({mass[at_limit].sum() / total:.0%} of the mass); neighbours of very unequal "
-                "mass or too few of them do that: a larger core radius would help"
+                f"{self._named(rows[at_limit])} ({mass[at_limit].sum() / total:.0%} of the mass); "
+                "neighbours of very unequal mass or too few of them do that: a larger core radius "
+                "would help"
             )
         mean = float(np.sqrt(mass @ speed**2 / total))
         before = self._speeds.get(law, np.inf) if self._unchanged else np.inf
@@ -191,7 +192,7 @@ class Watch:
         """The law's value for the agents in ``rows``, of shape (rows, 2)."""
         particles, now = self.model.particles, self.model.motion.now
         if self.model.procedure.tier == "agents":
-            return np.array([law.of(particles._agents[row], now) for row in rows]).reshape(-1, 2)
+            return np.array([law.of(particles._agents[row], now.of_row(row)) for row in rows]).reshape(-1, 2)
         total = np.zeros((len(particles), 2))
         law.add_to(total, particles, rows, now)
         return total[rows]
