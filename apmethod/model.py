@@ -78,6 +78,8 @@ class ParticleModel(mesa.Model):
     """
 
     until: float | None = None
+    #: Share of the largest stable step that a step chosen by the model takes.
+    margin = MARGIN
 
     def __init__(
         self,
@@ -214,7 +216,7 @@ class ParticleModel(mesa.Model):
         return min(limits, default=np.inf)
 
     def _chosen_dt(self) -> float:
-        limit = MARGIN * self.largest_dt()
+        limit = self.margin * self.largest_dt()
         integrator, positions = self.motion.integrator, self.particles.array("position")
         for law in self.motion.laws:
             rate_at = law.deforming if integrator.splits else law.turning

@@ -43,6 +43,7 @@ class DiffusionAmongObstacles(ParticleModel):
     """
 
     until = 6.0
+    margin = 0.5  # masses of neighbours differ by decades once the matter has mixed
     box = (0.0, 1.0, 0.0, 1.0)
 
     def __init__(
