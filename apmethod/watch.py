@@ -192,7 +192,9 @@ class Watch:
         """The law's value for the agents in ``rows``, of shape (rows, 2)."""
         particles, now = self.model.particles, self.model.motion.now
         if self.model.procedure.tier == "agents":
-            return np.array([law.of(particles._agents[row], now.of_row(row)) for row in rows]).reshape(-1, 2)
+            return np.array(
+                [law.of(particles._agents[row], now.of_row(row)) for row in rows]
+            ).reshape(-1, 2)
         total = np.zeros((len(particles), 2))
         law.add_to(total, particles, rows, now)
         return total[rows]

@@ -55,22 +55,23 @@ def neighbour_pairs(cells: SortedCells) -> np.ndarray:
 @compiled
 def _list_pairs(first, last, row, image, start, other, begin, pairs):
     """Count the pairs of each row into ``begin``, one place on, or list them from there."""
+    near = np.empty(np.diff(start[first : last + 1]).max() + 1, np.int64)
     for k in range(first, last):
+        me, count = row[k], 0
+        # Written at every neighbour and kept at those that come later: no branch to mispredict.
+        for place in range(start[k], start[k + 1]):
+            j = other[place]
+            near[count] = row[j]
+            count += (row[j] > me) & (not image.size or image[j] != MIRROR)
         if image.size and image[k]:
             continue
-        count = 0
-        for place in range(start[k], start[k + 1]):
-            j = row[other[place]]
-            if j < row[k] or (image.size and image[other[place]] == MIRROR):
-                continue
-            if pairs.shape[0]:
-                # Insertion keeps the few neighbours of an agent in ascending order.
-                at = begin[row[k]] + count
-                while at > begin[row[k]] and pairs[at - 1, 1] > j:
-                    pairs[at, 1] = pairs[at - 1, 1]
-                    at -= 1
-                pairs[at, 1] = j
-                pairs[begin[row[k]] + count, 0] = row[k]
-            count += 1
         if not pairs.shape[0]:
-            begin[row[k] + 1] = count
+            begin[me + 1] = count
+            continue
+        for n in range(count):
+            at = begin[me] + n
+            pairs[at, 0] = me
+            while at > begin[me] and pairs[at - 1, 1] > near[n]:
+                pairs[at, 1] = pairs[at - 1, 1]
+                at -= 1
+            pairs[at, 1] = near[n]
