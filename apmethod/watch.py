@@ -105,8 +105,8 @@ class Watch:
             return ""
         return (
             f"the time step {dt:.6g} is unstable: law {law.name!r} allows at most "
-            f"{limits[law]:.6g} with the core radius {model.space.smallest_radius:.4g} of now; give "
-            "a smaller dt, or None"
+            f"{limits[law]:.6g} with the core radius {model.space.smallest_radius:.4g} of now; "
+            "give a smaller dt, or None"
         )
 
     def _collapsed(self) -> str:

@@ -55,7 +55,10 @@ def neighbour_pairs(cells: SortedCells) -> np.ndarray:
 @compiled
 def _list_pairs(first, last, row, image, start, other, begin, pairs):
     """Count the pairs of each row into ``begin``, one place on, or list them from there."""
-    near = np.empty(np.diff(start[first : last + 1]).max() + 1, np.int64)
+    longest = 0
+    for k in range(first, last):
+        longest = max(longest, start[k + 1] - start[k])
+    near = np.empty(longest + 1, np.int64)
     for k in range(first, last):
         me, count = row[k], 0
         # Written at every neighbour and kept at those that come later: no branch to mispredict.
