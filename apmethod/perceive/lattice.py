@@ -16,6 +16,7 @@ from apmethod.perceive.lists import neighbour_counts
 from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
 from apmethod.perceive.skin import Skin
+from apmethod.perceive.vicinity import Vicinity
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
@@ -120,8 +121,6 @@ class QuadLattice:
         """Sort the agents as they stand now into the sub-domains."""
         self.perceived.clear()
         self._sights, self._lines = [], None
-        self._potential: dict[int, list[tuple]] = {}
-        self._entries: list[tuple] | None = None
         self._changes = self.particles.changes
         self._cells = self._search()
         if self._chooses_level:
@@ -129,7 +128,7 @@ class QuadLattice:
         if self._cells.longest > _CROWD and not self._warned:
             self._warned = True
             warnings.warn(self._crowd_warning(), stacklevel=2)
-        self._places: list[tuple[float, float, int]] | None = None
+        self._vicinity = Vicinity(self._cells)
 
     def _search(self) -> SortedCells:
         """Sort all agents, or take the last search where it still serves."""
@@ -207,9 +206,13 @@ class QuadLattice:
     @property
     def cells(self) -> SortedCells:
         """The agents in the order of their sub-domains."""
-        if self._cells is None or self._changes != self.particles.changes:
+        if self._is_stale:
             self.take_down()
         return self._cells
+
+    @property
+    def _is_stale(self) -> bool:
+        return self._cells is None or self._changes != self.particles.changes
 
     def pairs(self) -> np.ndarray:
         """All pairs of neighbours as rows i < j of the table, of shape (pairs, 2)."""
@@ -247,19 +250,14 @@ class QuadLattice:
 
     def place_of(self, agent: AgentParticle) -> tuple[float, float]:
         """Where the agent stood when the agents last perceived."""
-        x, y, _ = self._seen(agent)
+        x, y, _ = self._around(agent)
         return x, y
 
-    def _seen(self, agent: AgentParticle) -> tuple[float, float, int]:
+    def _around(self, agent: AgentParticle) -> tuple[float, float, int]:
         """Where the agent stood, and in which of the occupied sub-domains."""
-        cells = self.cells
-        if self._places is None:
-            cell = np.repeat(np.arange(len(cells.number)), np.diff(cells.start))
-            real = cells.image == REAL if len(cells.image) else slice(None)
-            order = np.argsort(cells.row[real])
-            columns = (column[real][order].tolist() for column in (cells.x, cells.y, cell))
-            self._places = list(zip(*columns, strict=True))
-        return self._places[self.particles.row(agent)]
+        if self._is_stale:
+            self.take_down()
+        return self._vicinity.places[self.particles.row(agent)]
 
     def displacement(self, agent: AgentParticle, other: AgentParticle) -> tuple[float, float]:
         """x_i - x_j, the shorter way across periodic sides."""
@@ -275,11 +273,11 @@ class QuadLattice:
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
         """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2), in sight."""
-        me, (x, y, cell) = self.particles.row(agent), self._seen(agent)
+        me, (x, y, cell) = self.particles.row(agent), self._around(agent)
         radius_2 = self._cells.core_radius * self._cells.core_radius
         near = [
             row
-            for row, other_x, other_y, shift_x, shift_y in self.potential_neighbours(cell)
+            for row, other_x, other_y, shift_x, shift_y in self._vicinity.potential_neighbours(cell)
             if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2
         ]
         lines = self._lines_to(agent)
@@ -299,7 +297,7 @@ class QuadLattice:
             return [(agents[row], dx, dy) for row, dx, dy in lines.mirrored]
         if not len(cells.image):
             return []
-        x, y, place = self._seen(agent)
+        x, y, place = self._around(agent)
         found = []
         for begin, end in zip(cells.low[place], cells.high[place], strict=True):
             for k in range(begin, end):
@@ -319,35 +317,6 @@ class QuadLattice:
         if self._lines is None:
             self._lines = sights.lines(self.cells.row)
         return self._lines.get(self.particles.row(agent))
-
-    def potential_neighbours(self, cell: int) -> list[tuple]:
-        """LpN of an occupied sub-domain, made once and shared by all agents in it.
-
-        Returns:
-            (row, x, y, shift_x, shift_y) of each agent in the sub-domains that Table 1 of
-            the paper names; the shift is that of an image across a periodic side.
-        """
-        potential = self._potential.get(cell)
-        if potential is None:
-            if self._entries is None:
-                self._entries = self._list_entries()
-            cells, potential = self._cells, []
-            for low, high in zip(cells.low[cell].tolist(), cells.high[cell].tolist(), strict=True):
-                potential += self._entries[low:high]
-            self._potential[cell] = potential
-        return potential
-
-    def _list_entries(self) -> list[tuple]:
-        """The sorted entries as Python tuples, of which a sub-domain's LpN is a few slices."""
-        cells = self._cells
-        columns = [column.tolist() for column in (cells.row, cells.x, cells.y)]
-        if len(cells.image):
-            # A mirror image is nobody that an agent perceives: it stands out of reach.
-            shift_x = np.where(cells.image == MIRROR, np.inf, cells.shift_x)
-            columns += [shift_x.tolist(), cells.shift_y.tolist()]
-        else:
-            columns += [[0.0] * len(cells.row)] * 2
-        return list(zip(*columns, strict=True))
 
     # -- what Mesa's own spaces answer -------------------------------------------------
 
