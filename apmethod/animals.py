@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from apmethod.checks import finite_number, seed_checked, whole_number
-from apmethod.model import MARGIN, ParticleModel
+from apmethod.model import ParticleModel
 from apmethod.move.diffusion import Diffusion
 from apmethod.particles import Particles
 from apmethod.perceive.core_radius import FollowDensity
@@ -150,4 +150,4 @@ class AnimalModel(ParticleModel):
 
     def next_dt(self) -> float:
         """``dt``, or less where the signal has become too steep for it."""
-        return min(super().next_dt(), MARGIN * self.largest_dt())
+        return min(super().next_dt(), self.margin * self.largest_dt())

@@ -118,7 +118,7 @@ class ParticleModel(mesa.Model):
         for law in laws:
             law.check(self.kernel)
         self.motion = Motion(
-            self.particles, self.space, laws, integrator_named(integrator), obstacles, self.kernel
+            self.particles, self.space, laws, integrator_named(integrator), self.kernel, obstacles
         )
         self.obstacles = self.motion.obstacles
         wanted = _unique(

@@ -129,8 +129,9 @@ class Watch:
         if space.own_radii:
             return ""  # each agent sees to its own number
         # Candidates are looked for in a square; the circle's share of it are neighbours.
-        share = np.pi * 4.0**space.level / (2 * 2**space.level + 1) ** 2
-        around = max(share * space.cells.candidates() / count - 1.0, 0.0)
+        cells = space.cells
+        share = np.pi * 4.0**cells.level / (2 * 2**cells.level + 1) ** 2
+        around = max(share * cells.candidates() / count - 1.0, 0.0)
         if not self._unchanged:
             self._first_around = around
         if around >= LONELY or self._first_around < ENOUGH:
@@ -143,7 +144,7 @@ class Watch:
 
     def _too_fast(self, law: Law) -> str:
         model, rows = self.model, self._rows()
-        h = model.motion.now.smoothing_length
+        h = model.motion.now().smoothing_length
         if model.space.own_radii:
             h = h[rows]
         mass = model.particles.array("mass")[rows]
@@ -190,13 +191,13 @@ class Watch:
 
     def _of(self, law: Law, rows: np.ndarray) -> np.ndarray:
         """The law's value for the agents in ``rows``, of shape (rows, 2)."""
-        particles, now = self.model.particles, self.model.motion.now
+        particles, motion = self.model.particles, self.model.motion
         if self.model.procedure.tier == "agents":
             return np.array(
-                [law.of(particles._agents[row], now.of_row(row)) for row in rows]
+                [law.of(particles._agents[row], motion.now(row)) for row in rows]
             ).reshape(-1, 2)
         total = np.zeros((len(particles), 2))
-        law.add_to(total, particles, rows, now)
+        law.add_to(total, particles, rows, motion.now())
         return total[rows]
 
     def _named(self, rows: np.ndarray) -> str:

@@ -21,7 +21,7 @@ OpenMP).  Python 3.11:
     apmethod bench sums --pysph pysph-environment/bin/python
 """
 
-_QUICK = "a short form for a look, well under a minute"
+_QUICK = "a short form for a look, two minutes at most"
 
 
 def add_parser(commands: Any) -> None:

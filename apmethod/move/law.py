@@ -31,12 +31,6 @@ class Now(NamedTuple):
     smoothing_length: float | np.ndarray  #: h of the smoothing kernel
     own_w: float | np.ndarray  #: the kernel at distance 0, per area
 
-    def of_row(self, row: int) -> Now:
-        """What holds for the agent in a row of the table."""
-        if isinstance(self.smoothing_length, np.ndarray):
-            return Now(self.time, float(self.smoothing_length[row]), float(self.own_w[row]))
-        return self
-
 
 class Law:
     """A contribution to every agent's velocity, or acceleration.

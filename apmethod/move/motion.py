@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.compile import in_blocks, plain
-from apmethod.contribute.smoothing import CUBIC, Kernel
+from apmethod.contribute.smoothing import Kernel
 from apmethod.move.integrate import (
     LEAP_FROG,
     VERLET,
@@ -46,8 +46,8 @@ class Motion:
         space: its domain rules where displacements end; it learns of the obstacles.
         laws: what the velocity (or acceleration) is the sum of.
         integrator: how it is carried through time.
-        obstacles: what displacements meet, if there is anything.
         kernel: the scene's smoothing kernel.
+        obstacles: what displacements meet, if there is anything.
 
     Raises:
         ValueError: for more than one flow where the integrator splits it off.
@@ -59,8 +59,8 @@ class Motion:
         space: QuadLattice,
         laws: Sequence[Law],
         integrator: Integrator,
+        kernel: Kernel,
         obstacles: Obstacles | Sequence[Obstacle] | None = None,
-        kernel: Kernel = CUBIC,
     ):
         self.kernel = kernel
         self.particles = particles
@@ -132,12 +132,11 @@ class Motion:
         self.stage = stage
         self.smoothing_length = smoothing_length
 
-    @property
-    def now(self) -> Now:
-        """What laws may use in this stage besides the agent."""
+    def now(self, row: int | slice = slice(None)) -> Now:
+        """What laws may use in this stage besides the agent, for one row or all."""
         h: float | np.ndarray = self.smoothing_length
         if "core_radius" in self.particles:
-            h = self.particles.array("core_radius") / self.kernel.support
+            h = self.particles.array("core_radius")[row] / self.kernel.support
         return Now(self.time + self.stage.at * self.dt, h, self._own_w / h**2)
 
     @property
@@ -166,7 +165,7 @@ class Motion:
 
     def dynamics(self, agent: AgentParticle) -> np.ndarray:
         """The sum of the laws on one agent, an array of shape (2,)."""
-        total, now = np.zeros(2), self.now.of_row(self.particles.row(agent))
+        total, now = np.zeros(2), self.now(self.particles.row(agent))
         for law in self.evaluated:
             total += law.of(agent, now)
         return total
@@ -188,7 +187,7 @@ class Motion:
             rate = self.particles.array("_rate")
             rate[rows] = 0.0
             for law in self.evaluated:
-                law.add_to(rate, self.particles, rows, self.now)
+                law.add_to(rate, self.particles, rows, self.now())
         self._carry_out(rows, in_python=False)
         self._place(rows, in_python=False)
 

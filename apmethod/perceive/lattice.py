@@ -153,9 +153,9 @@ class QuadLattice:
         """
         if not len(self._cells.row) or self.own_radii:
             return 0
-        share = np.diff(self._cells.start)
-        sharing = float(share @ share) / len(self._cells.row) * 4**self.level
-        return int(sharing > (20.0 if self.level == 0 else 15.0))
+        level, share = self._cells.level, np.diff(self._cells.start)
+        sharing = float(share @ share) / len(self._cells.row) * 4**level
+        return int(sharing > (20.0 if level == 0 else 15.0))
 
     def _crowd_warning(self) -> str:
         cells = self._cells

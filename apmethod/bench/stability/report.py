@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from apmethod.bench.plots import label, panels, save
 from apmethod.bench.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Rows = list[dict[str, Any]]
 
@@ -116,15 +116,13 @@ def draw(results: dict[str, Any], path: Path) -> None:
     maps: dict[tuple, Rows] = {}
     for row in rows["map"]:
         maps.setdefault((row["form"], row["kernel"], row["integrator"]), []).append(row)
-    figure = Figure(figsize=(5.2 * (len(maps) + 3), 4.4), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(1, len(maps) + 3)
+    figure, axes = panels(len(maps) + 3)
     _draw_limits(axes[0], rows["limit"])
     for ax, (scheme, ours) in zip(axes[1:], maps.items(), strict=False):
         _draw_map(figure, ax, ", ".join(scheme), ours)
     _draw_masses(axes[-2], rows["start"], results["margin"]["chosen"])
     _draw_peclet(axes[-1], rows["peclet"])
-    figure.savefig(path, dpi=110)
+    save(figure, path)
 
 
 def _draw_limits(ax: Axes, rows: Rows) -> None:
@@ -135,7 +133,7 @@ def _draw_limits(ax: Axes, rows: Rows) -> None:
     ends = np.array([0.0, most])
     ax.plot(ends, ends, color="grey", linewidth=1)
     ax.fill_between(ends, 0.8 * ends, 1.2 * ends, color="grey", alpha=0.2, label="within 20 %")
-    _label(ax, "largest stable D dt/h^2", "theory", "measured")
+    label(ax, "largest stable D dt/h^2", "theory", "measured")
 
 
 def _draw_map(figure: Figure, ax: Axes, name: str, rows: Rows) -> None:
@@ -160,7 +158,7 @@ def _draw_masses(ax: Axes, rows: Rows, chosen: float) -> None:
         ax.semilogx(*zip(*ours, strict=True), marker="o", label=name)
     ax.axhline(chosen, color="grey", linestyle="--", label="chosen steps")
     ax.set_ylim(bottom=0.0)
-    _label(ax, "neighbours of uneven mass", "heaviest over lightest", "limit over theory")
+    label(ax, "neighbours of uneven mass", "heaviest over lightest", "limit over theory")
 
 
 def _draw_peclet(ax: Axes, rows: Rows) -> None:
@@ -168,12 +166,4 @@ def _draw_peclet(ax: Axes, rows: Rows) -> None:
         ours = [row for row in rows if row["accuracy"] == name]
         ax.loglog([row["peclet"] for row in ours], [row["error"] for row in ours], marker="o",
                   label=name)  # fmt: skip
-    _label(ax, "one turn of the hill", "Peclet number", "relative L2 error")
-
-
-def _label(ax: Axes, title: str, x: str, y: str) -> None:
-    ax.set_title(title)
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
-    ax.legend(fontsize=8)
-    ax.grid(alpha=0.3)
+    label(ax, "one turn of the hill", "Peclet number", "relative L2 error")
