@@ -23,6 +23,7 @@ import numpy as np
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
+from numba.core.extending import _Intrinsic
 from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
 
@@ -52,6 +53,8 @@ def fingerprint(function: Callable) -> str:
 def _describe(value: object, seen: set[int]) -> Iterator[str]:
     if isinstance(value, Dispatcher):
         value = value.py_func
+    elif isinstance(value, _Intrinsic):
+        value = value._defn
     if isinstance(value, types.FunctionType):
         if id(value) not in seen:
             seen.add(id(value))

@@ -7,12 +7,15 @@ there are.
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
 
 from apmethod.checks import whole_number
+from apmethod.compile.worker import Worker
 
-_pool: ThreadPoolExecutor | None = None
 _threads: int | None = None
+_workers: list[Worker] = []
+#: Held by the thread whose pass the workers take part in.
+_busy = Lock()
 
 
 def threads() -> int:
@@ -30,8 +33,8 @@ def set_threads(count: int) -> None:
     Raises:
         ValueError: if ``count`` is not a whole number of at least 1.
     """
-    global _threads, _pool
-    _threads, _pool = whole_number("threads", count, least=1), None
+    global _threads
+    _threads = whole_number("threads", count, least=1)
 
 
 def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> None:
@@ -39,18 +42,24 @@ def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> Non
 
     Below ``least`` items a block, a pass is over before another thread has woken up.
     """
-    global _pool
     blocks = min(threads(), count // least)
-    if blocks < 2:
+    if blocks < 2 or not _busy.acquire(blocking=False):
         run(0, count, *arguments)
         return
-    if _pool is None:
-        _pool = ThreadPoolExecutor(threads() - 1, thread_name_prefix="apmethod")
-    edges = [count * block // blocks for block in range(blocks + 1)]
-    jobs = [_pool.submit(run, edges[k], edges[k + 1], *arguments) for k in range(1, blocks)]
-    run(0, edges[1], *arguments)
-    for job in jobs:
-        job.result()
+    try:
+        while len(_workers) < blocks - 1:
+            _workers.append(Worker(f"apmethod-{len(_workers) + 1}"))
+        edges = [count * block // blocks for block in range(blocks + 1)]
+        asked = _workers[: blocks - 1]
+        for worker, first, last in zip(asked, edges[1:], edges[2:], strict=False):
+            worker.ask(run, first, last, *arguments)
+        try:
+            run(0, edges[1], *arguments)
+        finally:
+            for worker in asked:
+                worker.wait()
+    finally:
+        _busy.release()
 
 
 def _processors() -> int:
@@ -60,11 +69,12 @@ def _processors() -> int:
         return os.cpu_count() or 1
 
 
-def _forget_pool() -> None:
-    global _pool
-    _pool = None
+def _forget_workers() -> None:
+    global _busy
+    _workers.clear()
+    _busy = Lock()
 
 
-# A forked child inherits the pool but none of its threads, and would wait for ever.
+# A forked child inherits the workers but none of their threads, and would wait for ever.
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget_pool)
+    os.register_at_fork(after_in_child=_forget_workers)

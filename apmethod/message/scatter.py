@@ -2,8 +2,9 @@
 
 This is the paper's message (2.3) compiled.  Lines of sub-domains are taken together in
 slabs as high as a cell, so that a slab's pairs reach into the next one at most.  The even
-slabs are summed first and then the odd ones, each on its own thread: no two threads write
-to one agent, and an agent's sum has the same order for any number of threads.
+slabs are summed first and then the odd ones, so that an agent's sum has one order.  Each
+thread has a stretch of slabs to itself; the odd slabs between two stretches, which both of
+them touch, come last.  The order is the same for any number of threads.
 
 The agents behind a sub-domain in the sorted order are copied block by block into a short
 table, with a column for each part of the message.  Each agent of the sub-domain runs over
@@ -16,7 +17,7 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks
+from apmethod.compile import compiled, in_blocks, inlined, threads
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
@@ -26,7 +27,9 @@ from apmethod.perceive.domain import distance_2
 #: Agents in a block: few enough for the nearest cache, enough for most sub-domains.
 _BLOCK = 240
 #: Blocks are filled up to a multiple of this, so that no agent is left to scalar code.
-_LANES = 8
+_LANES = 4
+#: Agents in a stretch of slabs at least, below which another thread does not pay.
+_STRETCH = 3000
 
 
 def scatter(
@@ -41,17 +44,31 @@ def scatter(
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
     run = _compile(tuple(terms), kernel, reads, bool(len(cells.image)), len(table))
     slab = cells.number // (cells.grid[0] * 2**cells.level)
-    begin = np.flatnonzero(np.diff(slab, prepend=-1))
-    end = np.append(begin[1:], len(slab))
-    total = np.zeros((len(cells.row), width_of(terms)))
-    for colour in (0, 1):
-        chosen = slab[begin] % 2 == colour
+    begin = np.append(np.flatnonzero(np.diff(slab, prepend=-1)), len(slab))
+    odd = slab[begin[:-1]] % 2
+    total = np.zeros((width_of(terms), len(row)))
+    for stretches in _stretches(cells.start[begin], odd):
         in_blocks(
-            run, int(chosen.sum()), begin[chosen], end[chosen], cells.start, cells.low,
-            cells.high, cells.x, cells.y, cells.shift_x, cells.shift_y, table,
-            cells.core_radius, cells.core_radius / kernel.support, total, least=4,
+            run, len(stretches), stretches, begin, odd, cells.start, cells.low, cells.high,
+            cells.x, cells.y, cells.shift_x, cells.shift_y, table,
+            cells.core_radius, cells.core_radius / kernel.support, total, least=1,
         )  # fmt: skip
     in_blocks(_deliver, len(row), row, cells.image, total, sums)
+
+
+def _stretches(start: np.ndarray, odd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and last slab of each thread's stretch, and of the slabs in between.
+
+    Args:
+        start: where each slab begins in the sorted order, and where the last one ends.
+        odd: whether each slab is an odd one.
+    """
+    count = min(threads(), start[-1] // _STRETCH)
+    between = np.flatnonzero(odd)
+    near = np.searchsorted(start[between], start[-1] * np.arange(1, count) / count)
+    between = np.unique(between[near[near < len(between)]])
+    first, last = np.append(0, between + 1), np.append(between, len(odd))
+    return np.stack([first, last], axis=1), np.stack([between, between + 1], axis=1)
 
 
 @compiled
@@ -60,7 +77,7 @@ def _deliver(first, last, row, image, total, sums):
     for k in range(first, last):
         if not (image.size and image[k]):
             for part in range(sums.shape[1]):
-                sums[row[k], part] = total[k, part]
+                sums[row[k], part] = total[part, k]
 
 
 @cache
@@ -79,75 +96,105 @@ def _compile(
     shift = place + 2
     half = shift + (2 if images else 0)
 
-    @compiled
-    def scatter_sums(
-        first, last, begin, end, start, low, high, x, y, shift_x, shift_y, table,
+    @inlined
+    def fill(block, count, at, length, x, y, shift_x, shift_y, table):
+        # Numbers without a sign spare the loop a test for negative ones.
+        here, there = np.uint64(at), np.uint64(count)
+        for k in range(np.uint64(length)):
+            block[place, there + k] = x[here + k]
+            block[place + 1, there + k] = y[here + k]
+            if images:
+                block[shift, there + k] = shift_x[here + k]
+                block[shift + 1, there + k] = shift_y[here + k]
+            for line in range(lines):
+                block[line, there + k] = table[line, here + k]
+            for part in range(width):
+                block[half + part, there + k] = 0.0
+
+    @inlined
+    def send(block, count, at, length, sums):
+        here, there = np.uint64(at), np.uint64(count)
+        for part in range(width):
+            for k in range(np.uint64(length)):
+                sums[part, here + k] += block[half + part, there + k]
+
+    @inlined
+    def sum_over(block, count, me, x_i, y_i, over_x, over_y, core_radius, smoothing_length, total):
+        for j in range((count + _LANES - 1) // _LANES * _LANES):
+            dx, dy = x_i - block[place, j], y_i - block[place + 1, j]
+            if images:
+                dx = (dx + over_x) - block[shift, j]
+                dy = (dy + over_y) - block[shift + 1, j]
+            near = distance_2(dx, dy) < core_radius * core_radius
+            pair, you = make_pair(dx, dy, smoothing_length), read(block, j)
+            total = add(total, evaluate(pair, me, you), near)
+            back = mirror(pair, me, you)
+            for part in range(width):
+                block[half + part, j] += back[part] if near else 0.0
+        return total
+
+    @inlined
+    def sum_cell(
+        cell, block, pieces, start, low, high, x, y, shift_x, shift_y, table,
         core_radius, smoothing_length, sums,
     ):  # fmt: skip
-        radius_2 = core_radius * core_radius
-        runs = low.shape[1]
-        block = np.ones((half + width, _BLOCK + _LANES))
-        piece, size = np.empty(runs, np.int64), np.empty(runs, np.int64)
-        for slab in range(first, last):
-            for cell in range(begin[slab], end[slab]):
-                # Entries from the sub-domain's own on: the rest of its line, and north.
-                run, at = runs // 2, start[cell]
-                done = 0
-                while run < runs:
-                    pieces, count = 0, 0
-                    while run < runs and count < _BLOCK:
-                        length = min(high[cell, run] - at, _BLOCK - count)
-                        for k in range(length):
-                            block[place, count + k] = x[at + k]
-                            block[place + 1, count + k] = y[at + k]
-                        if images:
-                            for k in range(length):
-                                block[shift, count + k] = shift_x[at + k]
-                                block[shift + 1, count + k] = shift_y[at + k]
-                        for line in range(lines):
-                            for k in range(length):
-                                block[line, count + k] = table[line, at + k]
-                        piece[pieces], size[pieces] = at, length
-                        pieces += 1
-                        count += length
-                        at += length
-                        if at == high[cell, run]:
-                            run += 1
-                            at = low[cell, run] if run < runs else 0
-                    for k in range(count, count + _LANES):
-                        block[place, k] = np.inf  # nobody is near there
+        # Entries from the sub-domain's own on: the rest of its line, and north.
+        run, at, done = low.shape[1] // 2, start[cell], 0
+        while run < low.shape[1]:
+            count, filled = 0, 0
+            while run < low.shape[1] and count < _BLOCK:
+                length = min(high[cell, run] - at, _BLOCK - count)
+                fill(block, count, at, length, x, y, shift_x, shift_y, table)
+                pieces[filled, 0], pieces[filled, 1] = at, length
+                filled += 1
+                count += length
+                at += length
+                if at == high[cell, run]:
+                    run += 1
+                    at = low[cell, run] if run < low.shape[1] else 0
+            block[place, count : count + _LANES] = np.inf  # nobody is near there
+            for i in range(start[cell], start[cell + 1]):
+                me, total = read(table, i), zero
+                if done == 0:
+                    own = evaluate_own(make_pair(0.0, 0.0, smoothing_length), me, me)
+                    total = add(zero, own, True)
+                behind = max(i + 1 - start[cell] - done, 0)
+                over_x, over_y = (shift_x[i], shift_y[i]) if images else (0.0, 0.0)
+                ahead, x_i, y_i = block[:, behind:], x[i], y[i]
+                for j in range((count - behind + _LANES - 1) // _LANES * _LANES):
+                    dx, dy = x_i - ahead[place, j], y_i - ahead[place + 1, j]
+                    if images:
+                        dx = (dx + over_x) - ahead[shift, j]
+                        dy = (dy + over_y) - ahead[shift + 1, j]
+                    near = distance_2(dx, dy) < core_radius * core_radius
+                    pair, you = make_pair(dx, dy, smoothing_length), read(ahead, j)
+                    total = add(total, evaluate(pair, me, you), near)
+                    back = mirror(pair, me, you)
                     for part in range(width):
-                        for k in range(count + _LANES):
-                            block[half + part, k] = 0.0
-                    for i in range(start[cell], start[cell + 1]):
-                        me = read(table, i)
-                        x_i, y_i = x[i], y[i]
-                        if done == 0:
-                            own = evaluate_own(make_pair(0.0, 0.0, smoothing_length), me, me)
-                            total = add(zero, own, True)
-                        else:
-                            total = zero
-                        behind = max(i + 1 - start[cell] - done, 0)
-                        ahead = block[:, behind:]
-                        for j in range((count - behind + _LANES - 1) // _LANES * _LANES):
-                            dx, dy = x_i - ahead[place, j], y_i - ahead[place + 1, j]
-                            if images:
-                                dx = (dx + shift_x[i]) - ahead[shift, j]
-                                dy = (dy + shift_y[i]) - ahead[shift + 1, j]
-                            near = distance_2(dx, dy) < radius_2
-                            pair, you = make_pair(dx, dy, smoothing_length), read(ahead, j)
-                            total = add(total, evaluate(pair, me, you), near)
-                            back = mirror(pair, me, you)
-                            for part in range(width):
-                                ahead[half + part, j] += back[part] if near else 0.0
-                        for part in range(width):
-                            sums[i, part] += total[part]
-                    count = 0
-                    for k in range(pieces):
-                        for part in range(width):
-                            for j in range(size[k]):
-                                sums[piece[k] + j, part] += block[half + part, count + j]
-                        count += size[k]
-                    done += count
+                        ahead[half + part, j] += back[part] if near else 0.0
+                for part in range(width):
+                    sums[part, i] += total[part]
+            done += count
+            count = 0
+            for piece in range(filled):
+                send(block, count, pieces[piece, 0], pieces[piece, 1], sums)
+                count += pieces[piece, 1]
+
+    @compiled
+    def scatter_sums(
+        first, last, stretches, begin, odd, start, low, high, x, y, shift_x, shift_y, table,
+        core_radius, smoothing_length, sums,
+    ):  # fmt: skip
+        block = np.ones((half + width, _BLOCK + _LANES))
+        pieces = np.empty((low.shape[1], 2), np.int64)
+        for stretch in range(first, last):
+            for colour in range(2):
+                for slab in range(stretches[stretch, 0], stretches[stretch, 1]):
+                    if odd[slab] == colour:
+                        for cell in range(begin[slab], begin[slab + 1]):
+                            sum_cell(
+                                cell, block, pieces, start, low, high, x, y, shift_x, shift_y,
+                                table, core_radius, smoothing_length, sums,
+                            )  # fmt: skip
 
     return scatter_sums

@@ -1,0 +1,105 @@
+"""A thread that takes part in compiled passes and is still awake when the next one comes.
+
+To wake a sleeping thread takes some 0.1 to 1 ms (it lies on a sleeping processor, or on
+that of the caller), as long as a pass over 10^4 agents.  So a worker that has done its part
+watches a number in memory for a while before it goes to sleep, as those of OpenMP do, and
+so does the caller that waits for it.  Watching is compiled and leaves the GIL to others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from queue import SimpleQueue
+from threading import Thread
+
+import numpy as np
+from numba.core import types
+from numba.extending import intrinsic
+
+from apmethod.compile.jit import compiled
+
+#: Looks at the number before sleeping: some milliseconds.
+_LOOKS = 1_000_000
+#: Looks after it has changed, some microseconds, in which whoever changed it lets go of the
+#: GIL: to find it taken means to sleep.
+_GRACE = 5_000
+#: Places of the two numbers, apart by more than what a processor fetches at once.
+_ASKED, _DONE = 0, 16
+
+
+@intrinsic
+def _now(typingctx, numbers, place):
+    """numbers[place] as it is in memory now; a plain read in a loop is made once."""
+
+    def read(context, builder, signature, arguments):
+        array = context.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.load_atomic(builder.gep(array.data, [arguments[1]]), "acquire", 8)
+
+    return types.int64(numbers, types.intp), read
+
+
+@compiled
+def _watch(numbers, place, known, looks, grace):
+    """Return once numbers[place] is no longer ``known``, or after so many looks."""
+    for _ in range(looks):
+        if _now(numbers, place) != known:
+            for _ in range(grace):
+                _now(numbers, place)
+            return
+
+
+class Worker(Thread):
+    """Runs what it is asked for, once each time."""
+
+    def __init__(self, name: str):
+        super().__init__(name=name, daemon=True)
+        self._numbers = np.zeros(_DONE + 1, np.int64)
+        self._asleep = False
+        self._wake: SimpleQueue[None] = SimpleQueue()
+        self._outcome: SimpleQueue[BaseException | None] = SimpleQueue()
+        self._job: tuple[Callable, tuple] = (tuple, ())
+        self._watch(_ASKED, 0, looks=0)  # compiles
+        self.start()
+
+    def ask(self, run: Callable, *arguments) -> None:
+        """Let the worker call ``run(*arguments)``."""
+        self._job = run, arguments
+        self._numbers[_ASKED] += 1
+        if self._asleep:
+            self._wake.put(None)
+
+    def wait(self) -> None:
+        """Wait until it has; what it has raised is raised here."""
+        self._watch(_DONE, self._numbers[_ASKED] - 1)
+        error = self._outcome.get()
+        if error is not None:
+            raise error
+
+    def run(self) -> None:
+        """The thread's own work, until the process ends."""
+        done = 0
+        while True:
+            self._watch(_ASKED, done)
+            if self._numbers[_ASKED] == done:
+                self._sleep(done)
+                continue
+            call, arguments = self._job
+            try:
+                call(*arguments)
+                error = None
+            except BaseException as raised:
+                error = raised
+            self._job = tuple, ()  # keeps no array alive
+            done += 1
+            self._outcome.put(error)
+            self._numbers[_DONE] = done
+
+    def _sleep(self, done: int) -> None:
+        self._asleep = True
+        # Asked since: the asker may have seen it awake.
+        if self._numbers[_ASKED] == done:
+            self._wake.get()
+        self._asleep = False
+
+    def _watch(self, place: int, known: int, looks: int = _LOOKS) -> None:
+        _watch(self._numbers, place, known, looks, _GRACE)
