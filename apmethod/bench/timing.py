@@ -52,6 +52,7 @@ def alternate(
     contenders: Mapping[str, Callable[[], float]],
     rounds: int,
     *,
+    warm: int = 0,
     before: Callable[[], None] = lambda: None,
     after: Callable[[], None] = lambda: None,
 ) -> dict[str, Times]:
@@ -60,6 +61,8 @@ def alternate(
     Args:
         contenders: what to run by name; each gives back the seconds it took.
         rounds: number of rounds.
+        warm: runs of a contender just before the one that counts.  Step follows step in a
+            simulation, so that each finds its data in the caches and its threads awake.
         before: called before each round, untimed; it may set the next state for all.
         after: called after each round, untimed.
     """
@@ -68,6 +71,8 @@ def alternate(
         before()
         for name, contender in contenders.items():
             sleep(_PAUSE)
+            for _ in range(warm):
+                contender()
             seconds[name].append(contender())
         after()
     return {name: Times(tuple(values)) for name, values in seconds.items()}

@@ -56,10 +56,11 @@ def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> Non
         try:
             run(0, edges[1], *arguments)
         finally:
-            for worker in asked:
-                worker.wait()
+            errors = [worker.wait() for worker in asked]
     finally:
         _busy.release()
+    for error in filter(None, errors):
+        raise error
 
 
 def _processors() -> int:

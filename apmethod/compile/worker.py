@@ -68,12 +68,10 @@ class Worker(Thread):
         if self._asleep:
             self._wake.put(None)
 
-    def wait(self) -> None:
-        """Wait until it has; what it has raised is raised here."""
+    def wait(self) -> BaseException | None:
+        """Wait until it has, for the error that it has raised, if any."""
         self._watch(_DONE, self._numbers[_ASKED] - 1)
-        error = self._outcome.get()
-        if error is not None:
-            raise error
+        return self._outcome.get()
 
     def run(self) -> None:
         """The thread's own work, until the process ends."""

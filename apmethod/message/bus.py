@@ -91,7 +91,8 @@ class MessageBus:
         #: The terms that are being exchanged.
         self.terms: tuple[Term, ...] = self.rounds[number]
         self._pass = self._passes[number]
-        self._sums = np.zeros((len(self.particles), self._pass.width))
+        # Part by part in memory, as the columns are that sums are delivered to.
+        self._sums = np.zeros((self._pass.width, len(self.particles))).T
         self._mail: dict[AgentParticle, dict[AgentParticle, Message]] = {}
 
     def close(self) -> None:

@@ -29,7 +29,7 @@ _BLOCK = 240
 #: Blocks are filled up to a multiple of this, so that no agent is left to scalar code.
 _LANES = 4
 #: Agents in a stretch of slabs at least, below which another thread does not pay.
-_STRETCH = 3000
+_STRETCH = 6000
 
 
 def scatter(

@@ -107,4 +107,4 @@ def _timed(models: dict[Any, ParticleModel], rounds: int) -> dict[Any, Times]:
         exchange(model)
 
     runs = {name: partial(stopwatch, partial(once, model)) for name, model in models.items()}
-    return alternate(runs, rounds)
+    return alternate(runs, rounds, warm=2)
