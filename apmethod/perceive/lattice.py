@@ -128,7 +128,7 @@ class QuadLattice:
         if self._cells.longest > _CROWD and not self._warned:
             self._warned = True
             warnings.warn(self._crowd_warning(), stacklevel=2)
-        self._vicinity = Vicinity(self._cells)
+        self._vicinity = Vicinity(self._cells, self.particles._agents)
 
     def _search(self) -> SortedCells:
         """Sort all agents, or take the last search where it still serves."""
@@ -273,18 +273,18 @@ class QuadLattice:
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
         """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2), in sight."""
-        me, (x, y, cell) = self.particles.row(agent), self._around(agent)
+        x, y, cell = self._around(agent)
         radius_2 = self._cells.core_radius * self._cells.core_radius
-        near = [
-            row
-            for row, other_x, other_y, shift_x, shift_y in self._vicinity.potential_neighbours(cell)
+        neighbours = [
+            other
+            for other, other_x, other_y, shift_x, shift_y in self._vicinity.potential(cell)
             if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2
         ]
+        neighbours.remove(agent)
         lines = self._lines_to(agent)
         if lines is not None:
-            near = [row for row in near if row in lines.straight]
-        agents = self.particles._agents
-        neighbours = [agents[row] for row in near if row != me]
+            row = self.particles.row
+            neighbours = [other for other in neighbours if row(other) in lines.straight]
         if self.own_radii:
             return [other for other in neighbours if self.near(agent, other)]
         return neighbours
