@@ -14,6 +14,7 @@ from apmethod import (
     load_scene,
 )
 from apmethod.bench.aggregation import gatherings
+from apmethod.skills.groups import Group, GroupEvent, Groups
 
 
 def test_a_run_keeps_the_animals_and_names_its_skills():
@@ -167,6 +168,25 @@ def test_nobody_and_one_animal():
 def test_bad_input_is_refused(options, message):
     with pytest.raises(ValueError, match=message):
         AnimalModel(**{"particles": 100, "side": 20.0} | options)
+
+
+def test_lasting_groups_are_dated_by_their_birth_and_by_their_last_event():
+    groups = Groups(1.0)
+    groups.current = tuple(
+        Group(identity, born, age=0.0, size=10, mass=10.0, x=0.0, y=0.0, radius=1.0)
+        for identity, born in ((1, 2.0), (3, 6.0))
+    )
+    groups.events = [
+        GroupEvent(2.0, "birth", 1), GroupEvent(3.0, "birth", 2), GroupEvent(5.0, "merge", 2, 1),
+        GroupEvent(6.0, "split", 3, 4), GroupEvent(9.0, "end", 4),
+    ]  # fmt: skip
+    dates = gatherings.lasting_groups(groups, elapsed=10.0)
+    assert dates == {"born": 4.0, "unaltered_since": 5.5}
+    groups.current = ()
+    assert gatherings.lasting_groups(groups, elapsed=10.0) == {
+        "born": 10.0,
+        "unaltered_since": 10.0,
+    }
 
 
 def test_the_settling_time_counts_animals_not_events():

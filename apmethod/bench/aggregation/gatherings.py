@@ -16,6 +16,7 @@ import numpy as np
 from apmethod.animals import AnimalModel
 from apmethod.bench.timing import Progress, Report
 from apmethod.run.scenes import load_scene
+from apmethod.skills.groups import Groups
 
 #: Latest end of the runs of a short form: Figure 10's settings differ from some t = 60 on.
 QUICK = 150.0
@@ -74,22 +75,39 @@ def outcome(model: AnimalModel) -> dict[str, Any]:
         "time": model.elapsed,
         "groups": len(model.groups.current),
         "share_in_groups": sum(g.size for g in model.groups.current) / len(model.particles),
+        **lasting_groups(model.groups, model.elapsed),
         "settling_time": settling_time(times, member),
         "last_event": max((event.time for event in events), default=0.0),
         "events": len(events),
     }
 
 
+def lasting_groups(groups: Groups, elapsed: float) -> dict[str, float]:
+    """How soon the groups that last, those there at the end, were made.
+
+    Returns:
+        ``born``: their mean time of birth; ``unaltered_since``: the mean time of the last
+        event that each took part in, be it its birth, a merge or a split.  Both are
+        ``elapsed`` if there are none.
+    """
+    since = {group.identity: group.born for group in groups.current}
+    for event in groups.events:  # in order of time
+        since |= {each: event.time for each in (event.group, event.other) if each in since}
+    return {
+        "born": float(np.mean([group.born for group in groups.current] or [elapsed])),
+        "unaltered_since": float(np.mean(list(since.values()) or [elapsed])),
+    }
+
+
 def settling_time(times: Sequence[float], member: Sequence[np.ndarray]) -> float:
-    """How soon groups are stable: the mean time that an animal is not in its last group.
+    """How soon animals are settled: the mean time that an animal is not in its last group.
 
         T = integral of 1 - A(t) dt,   A(t) = share of animals in the group that they end in
 
-    Groups are stable when animals no longer change theirs.  If all did so at one moment, T
-    would be this moment; else it is the mean over all animals, so that a merge counts by the
-    animals that change their group in it.  The time of the last event does not tell that:
-    it is one value of a run, that of its rarest event, however few take part.  An animal
-    that is alone at the end has not settled at all, so that few groups are no advantage.
+    If all animals entered their last group at one moment, T would be this moment; else it is
+    the mean over all animals, so that a merge counts by the animals that change their group
+    in it.  An animal that is alone at the end has not settled at all, so that few groups are
+    no advantage.
 
     Args:
         times: of the records, of shape (records,).

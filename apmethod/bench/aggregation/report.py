@@ -61,7 +61,7 @@ def draw(results: dict[str, Any], path: Path) -> None:
     line(axes[0], rows, "k", "expected", "dispersion relation")
     line(axes[0], rows, "k", "measured", "measured")
     label(axes[0], "growth of small waves", "wave number k", "growth rate, 1/time")
-    drawn = (("figure 9", "groups"), ("figure 10", "settling_time"))
+    drawn = (("figure 9", "groups"), ("figure 10", "born"))
     for ax, (name, what) in zip(axes[1:], drawn, strict=True):
         ours = [row for row in results["rows"] if row["figure"] == name]
         compared = next(
