@@ -183,7 +183,8 @@ def test_lasting_groups_are_dated_by_their_birth_and_by_their_last_event():
     dates = gatherings.lasting_groups(groups, elapsed=10.0)
     assert dates == {"born": 4.0, "unaltered_since": 5.5}
     groups.current = ()
-    assert gatherings.lasting_groups(groups, elapsed=10.0) == {
+    none = gatherings.lasting_groups(groups, elapsed=10.0)
+    assert none == {"born": 10.0, "unaltered_since": 10.0}
         "born": 10.0,
         "unaltered_since": 10.0,
     }
