@@ -185,9 +185,6 @@ def test_lasting_groups_are_dated_by_their_birth_and_by_their_last_event():
     groups.current = ()
     none = gatherings.lasting_groups(groups, elapsed=10.0)
     assert none == {"born": 10.0, "unaltered_since": 10.0}
-        "born": 10.0,
-        "unaltered_since": 10.0,
-    }
 
 
 def test_the_settling_time_counts_animals_not_events():
