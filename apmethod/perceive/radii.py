@@ -35,7 +35,9 @@ def sort_by_radius(
     row, shift, image = with_images(positions, largest, domain)
     where = positions if row is None else positions[row] + shift
     radius = radii if row is None else radii[row]
-    kind = np.minimum(np.log(largest / radius) / np.log(_RATIO), _CLASSES - 1).astype(np.int64)
+    # One class has the middle radius in its middle, and with it most agents of a crowd.
+    kind = np.round(np.log(np.median(radius) / radius) / np.log(_RATIO)).astype(np.int64)
+    kind = np.minimum(kind - kind.min(), _CLASSES - 1)
     widest, lowest, highest = np.zeros(_CLASSES), np.empty((_CLASSES, 2)), np.empty((_CLASSES, 2))
     _measure(where, radius, kind, widest, lowest, highest)
     side, grid = np.ones(_CLASSES), np.zeros((_CLASSES, 2), np.int64)
@@ -147,6 +149,10 @@ def _find_runs(
                 south - reach, north + reach, lowest[each, 1], side[each], grid[each, 1]
             )
             for line in range(bottom, top):
+                begin = cells_before[first_line[each] + line]
+                end = cells_before[first_line[each] + line + 1]
+                if begin == end:
+                    continue
                 edge = lowest[each, 1] + line * side[each]
                 gap = max(edge - north, south - (edge + side[each])) - slack
                 half = reach
@@ -155,8 +161,6 @@ def _find_runs(
                 left, right = _span(
                     west - half, east + half, lowest[each, 0], side[each], grid[each, 0]
                 )
-                begin = cells_before[first_line[each] + line]
-                end = cells_before[first_line[each] + line + 1]
                 one = start[_first_from(left, column, begin, end)]
                 two = start[_first_from(right, column, begin, end)]
                 if one < two:
