@@ -56,6 +56,7 @@ def _find(
 ):  # fmt: skip
     """Count each agent's neighbours into ``begin``, one place on, or list them from there."""
     near_x, near_y, apart_2 = np.empty(longest), np.empty(longest), np.empty(longest)
+    over_x, over_y, near_radius = np.empty(longest), np.empty(longest), np.empty(longest)
     place, found = np.empty(longest, np.int32), np.empty(longest + 1, np.int32)
     reach_2 = np.full(longest, core_radius * core_radius)
     for cell in range(first, last):
@@ -64,21 +65,26 @@ def _find(
         for run in range(low.shape[1]):
             for j in range(low[cell, run], high[cell, run]):
                 near_x[count], near_y[count], place[count] = x[j], y[j], j
+                if image.size:
+                    over_x[count], over_y[count] = shift_x[j], shift_y[j]
+                if radius.size:
+                    near_radius[count] = radius[j]
                 count += 1
         for i in range(start[cell], start[cell + 1]):
             if image.size and image[i]:
                 continue
+            x_i, y_i = x[i], y[i]
             if image.size:
                 for k in range(count):
-                    dx = (x[i] - near_x[k]) - shift_x[place[k]]
-                    dy = (y[i] - near_y[k]) - shift_y[place[k]]
+                    dx, dy = (x_i - near_x[k]) - over_x[k], (y_i - near_y[k]) - over_y[k]
                     apart_2[k] = distance_2(dx, dy)
             else:
                 for k in range(count):
-                    apart_2[k] = distance_2(x[i] - near_x[k], y[i] - near_y[k])
+                    apart_2[k] = distance_2(x_i - near_x[k], y_i - near_y[k])
             if radius.size:
+                radius_i = radius[i]
                 for k in range(count):
-                    reach = 0.5 * (radius[i] + radius[place[k]])
+                    reach = 0.5 * (radius_i + near_radius[k])
                     reach_2[k] = reach * reach
             if count_only:
                 total = -1  # the agent itself is among the candidates
