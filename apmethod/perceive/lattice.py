@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from apmethod.perceive.cells import SortedCells, sort_into_cells
 from apmethod.perceive.domain import Domain, Open, distance_2
 from apmethod.perceive.images import MIRROR, REAL
 from apmethod.perceive.lists import neighbour_counts
+from apmethod.perceive.mesa_space import MesaSpace
 from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
 from apmethod.perceive.skin import Skin
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _CROWD = 5_000
 
 
-class QuadLattice:
+class QuadLattice(MesaSpace):
     """Cells as wide as the core radius, each split in 4^p sub-domains (paper Table 1 and 2).
 
     It is the model's space as Mesa knows one.  Each time agents perceive, it takes down
@@ -317,39 +317,3 @@ class QuadLattice:
         if self._lines is None:
             self._lines = sights.lines(self.cells.row)
         return self._lines.get(self.particles.row(agent))
-
-    # -- what Mesa's own spaces answer -------------------------------------------------
-
-    @property
-    def torus(self) -> bool:
-        """Whether every side is periodic."""
-        return all(self.domain.periods)
-
-    @property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """x_min, x_max, y_min, y_max of the domain, or of the agents where it is open."""
-        positions = self.particles.array("position")
-        if len(positions):
-            low, high = positions.min(axis=0), positions.max(axis=0)
-        else:
-            low, high = np.zeros(2), np.ones(2)
-        low = np.where(np.isfinite(self.domain.lower), self.domain.lower, low)
-        high = np.where(np.isfinite(self.domain.upper), self.domain.upper, high)
-        return float(low[0]), float(high[0]), float(low[1]), float(high[1])
-
-    def out_of_bounds(self, position: Sequence[float]) -> bool:
-        """Whether a position is outside the domain."""
-        return bool(((position < self.domain.lower) | (position > self.domain.upper)).any())
-
-    def get_distance(self, here: Sequence[float], there: Sequence[float]) -> float:
-        """Distance of two positions, the shorter way across periodic sides."""
-        return float(np.hypot(*self.domain.displacement(here, there)))
-
-    def get_neighbors(self, position: Sequence[float], radius: float) -> list[AgentParticle]:
-        """The agents at most ``radius`` from a position; any radius, by trying all agents."""
-        apart = np.asarray(position, float) - self.particles.array("position")
-        for axis, period in enumerate(self.domain.periods):
-            if period:
-                apart[:, axis] -= period * np.round(apart[:, axis] / period)
-        agents = self.particles.agents
-        return [agents[row] for row in np.flatnonzero(np.hypot(*apart.T) <= radius)]
