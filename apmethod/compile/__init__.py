@@ -1,5 +1,6 @@
 """How plain Python functions become machine code: compilation, its cache, and threads."""
 
+from apmethod.compile import memory
 from apmethod.compile.jit import compiled, inlined, plain
 from apmethod.compile.rows import column_reader, namespace, table_reader
 from apmethod.compile.threads import in_blocks, set_threads, threads
@@ -9,6 +10,7 @@ __all__ = [
     "compiled",
     "in_blocks",
     "inlined",
+    "memory",
     "namespace",
     "plain",
     "set_threads",

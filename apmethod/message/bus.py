@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba.core.errors import NumbaError
 
+from apmethod.compile import memory
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term, pair_maker
 from apmethod.message.passes import BEST_EVALUATION, EVALUATIONS, RoundPass
@@ -92,7 +93,7 @@ class MessageBus:
         self.terms: tuple[Term, ...] = self.rounds[number]
         self._pass = self._passes[number]
         # Part by part in memory, as the columns are that sums are delivered to.
-        self._sums = np.zeros((self._pass.width, len(self.particles))).T
+        self._sums = memory.zeros((self._pass.width, len(self.particles))).T
         self._mail: dict[AgentParticle, dict[AgentParticle, Message]] = {}
 
     def close(self) -> None:

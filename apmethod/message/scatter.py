@@ -17,7 +17,7 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, inlined, threads
+from apmethod.compile import compiled, in_blocks, inlined, memory, threads
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
@@ -46,7 +46,7 @@ def scatter(
     slab = cells.number // (cells.grid[0] * 2**cells.level)
     begin = np.append(np.flatnonzero(np.diff(slab, prepend=-1)), len(slab))
     odd = slab[begin[:-1]] % 2
-    total = np.zeros((width_of(terms), len(row)))
+    total = memory.zeros((width_of(terms), len(row)))
     for stretches in _stretches(cells.start[begin], odd):
         in_blocks(
             run, len(stretches), stretches, begin, odd, cells.start, cells.low, cells.high,

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from apmethod.compile import in_blocks
+from apmethod.compile import in_blocks, memory
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import REAL, with_images
 from apmethod.perceive.sorting import corners, counting_sort, longest_run, runs_around, take
@@ -137,7 +137,7 @@ def sort_into_cells(
 
 def in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:
     """Vectors, of shape (n, 2), in an order, one row a component; none if there are none."""
-    table = np.empty((2, len(order) if len(vectors) else 0))
+    table = memory.empty((2, len(order) if len(vectors) else 0))
     for axis in range(2):
         in_blocks(take, table.shape[1], order, vectors[:, axis], table[axis])
     return table

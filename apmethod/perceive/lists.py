@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks
+from apmethod.compile import compiled, in_blocks, memory
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import distance_2
 
@@ -29,7 +29,7 @@ def neighbour_lists(cells: SortedCells) -> NeighbourLists:
     """The neighbours of all agents in ``cells``, closer than the core radius."""
     start = neighbour_counts(cells)
     np.cumsum(start, out=start)
-    other = np.empty(start[-1], np.int32)
+    other = memory.empty(int(start[-1]), np.int32)
     in_blocks(_find, len(cells.number), *_searched(cells), start, other, False, least=200)
     return NeighbourLists(start, other)
 

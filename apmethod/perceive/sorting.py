@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, threads
+from apmethod.compile import compiled, in_blocks, memory, threads
 
 #: Agents a block at least; below, a second thread does not pay.
 _BLOCK = 20_000
@@ -26,12 +26,12 @@ def counting_sort(
     """
     blocks = max(1, min(threads(), len(places) // _BLOCK))
     edges = np.array([len(places) * block // blocks for block in range(blocks + 1)])
-    number = np.empty(len(places), np.int64)
-    tally = np.zeros((blocks, grid[0] * grid[1]), np.int64)
+    number = memory.empty(len(places), np.int64)
+    tally = memory.zeros((blocks, grid[0] * grid[1]), np.int64)
     in_blocks(_number_and_count, blocks, edges, places, lowest, side, grid, number, tally, least=1)
-    begin = np.empty(grid[0] * grid[1] + 1, np.int64)
+    begin = memory.empty(grid[0] * grid[1] + 1, np.int64)
     _accumulate(tally, begin)
-    order = np.empty(len(places), np.int64)
+    order = memory.empty(len(places), np.int64)
     in_blocks(_put_in_order, blocks, edges, number, tally, order, least=1)
     return order, begin
 
@@ -40,7 +40,7 @@ def sort_numbers(number: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray
     """The same for entries whose sub-domains, ``count`` in all, are numbered already."""
     edges, tally = np.array([0, len(number)]), np.zeros((1, count), np.int64)
     tally[0] = np.bincount(number, minlength=count)
-    begin, order = np.empty(count + 1, np.int64), np.empty(len(number), np.int64)
+    begin, order = np.empty(count + 1, np.int64), memory.empty(len(number), np.int64)
     _accumulate(tally, begin)
     _put_in_order(0, 1, edges, number, tally, order)
     return order, begin
@@ -60,8 +60,8 @@ def runs_around(
     Returns:
         low and high, of shape (cells, 2*reach + 1).
     """
-    low = np.empty((len(number), 2 * reach + 1), np.int64)
-    high = np.empty_like(low)
+    low = memory.empty((len(number), 2 * reach + 1), np.int64)
+    high = memory.empty(low.shape, np.int64)
     in_blocks(_find_runs, len(number), number, grid, reach, begin, low, high, least=5_000)
     return low, high
 
