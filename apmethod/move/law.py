@@ -18,6 +18,7 @@ from apmethod.compile import column_reader, compiled, in_blocks, inlined, namesp
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.particles import Particles
+from apmethod.perceive.sorting import corners
 
 
 class Now(NamedTuple):
@@ -163,7 +164,8 @@ class Flow(Law):
         return deforming if deforming > 1e-8 * turning else 0.0  # rounding of a rigid rotation
 
     def _rates(self, positions: np.ndarray, time: float) -> tuple[float, float]:
-        extent = float(np.ptp(positions, axis=0).max()) if len(positions) else 0.0
+        lowest, highest = corners(positions)
+        extent = max(highest[0] - lowest[0], highest[1] - lowest[1]) if len(positions) else 0.0
         return _compile_rates(self.field)(positions, 1e-4 * extent or 1e-4, time)
 
     def carry(
