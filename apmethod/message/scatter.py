@@ -28,8 +28,9 @@ from apmethod.perceive.domain import distance_2
 _BLOCK = 240
 #: Blocks are filled up to a multiple of this, so that no agent is left to scalar code.
 _LANES = 4
-#: Agents in a stretch of slabs at least, below which another thread does not pay.
-_STRETCH = 6000
+#: Candidates in a stretch of slabs, below which another thread does not pay: half a
+#: millisecond's work.
+_STRETCH = 300_000
 
 
 def scatter(
@@ -47,7 +48,8 @@ def scatter(
     begin = np.append(np.flatnonzero(np.diff(slab, prepend=-1)), len(slab))
     odd = slab[begin[:-1]] % 2
     total = memory.zeros((width_of(terms), len(row)))
-    for stretches in _stretches(cells.start[begin], odd):
+    count = min(threads(), len(row) * cells.longest // _STRETCH)
+    for stretches in _stretches(cells.start[begin], odd, count):
         in_blocks(
             run, len(stretches), stretches, begin, odd, cells.start, cells.low, cells.high,
             cells.x, cells.y, cells.shift_x, cells.shift_y, table,
@@ -56,14 +58,14 @@ def scatter(
     in_blocks(_deliver, len(row), row, cells.image, total, sums)
 
 
-def _stretches(start: np.ndarray, odd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and last slab of each thread's stretch, and of the slabs in between.
+def _stretches(start: np.ndarray, odd: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """First and last slab of each stretch, and of the slabs in between.
 
     Args:
         start: where each slab begins in the sorted order, and where the last one ends.
         odd: whether each slab is an odd one.
+        count: number of stretches, with equal shares of the agents as far as slabs allow.
     """
-    count = min(threads(), start[-1] // _STRETCH)
     between = np.flatnonzero(odd)
     near = np.searchsorted(start[between], start[-1] * np.arange(1, count) / count)
     between = np.unique(between[near[near < len(between)]])

@@ -198,7 +198,9 @@ class Flow(Law):
         if in_python:
             plain(run)(0, len(rows), rows, places, time, span, parts, tolerance, arrived)
         else:
-            in_blocks(run, len(rows), rows, places, time, span, parts, tolerance, arrived)
+            in_blocks(
+                run, len(rows), rows, places, time, span, parts, tolerance, arrived, least=5000
+            )
 
 
 @cache
