@@ -42,7 +42,7 @@ def _exchange(model: ParticleModel) -> Iterator[tuple[str, str]]:
     yield (
         "perceive",
         f"agents sorted into sub-domains (level p = {model.space.level}), core radius "
-        f"{_core_radius(model)}{who}",
+        f"{_core_radius(model)}{_skin(model)}{who}",
     )
     for number, terms in enumerate(model.bus.rounds, 1):
         names = ", ".join(f"{term.name} ({term.parity})" for term in terms)
@@ -57,6 +57,15 @@ def _exchange(model: ParticleModel) -> Iterator[tuple[str, str]]:
 def _core_radius(model: ParticleModel) -> str:
     smallest, largest = model.space.smallest_radius, model.space.core_radius
     return f"{largest:.4g}" if smallest == largest else f"{smallest:.4g} to {largest:.4g}"
+
+
+def _skin(model: ParticleModel) -> str:
+    skin = model.space.skin
+    if not skin.share:
+        return ""
+    if not model.space.may_reuse:
+        return ", no search reused: images, obstacles or radii of agents' own"
+    return f" and a skin of {skin.share:.0%}: {skin.searches} searches made, {skin.spared} spared"
 
 
 def _move(model: ParticleModel) -> str:

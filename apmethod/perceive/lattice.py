@@ -133,14 +133,14 @@ class QuadLattice(MesaSpace):
     def _search(self) -> SortedCells:
         """Sort all agents, or take the last search where it still serves."""
         positions = self.particles.array("position")
-        if not self._may_reuse:
+        if not self.may_reuse:
             return self.sorted(positions)
         return self.skin.search(
             positions, self.particles.changes, self.core_radius, self.level, self.domain
         )
 
     @property
-    def _may_reuse(self) -> bool:
+    def may_reuse(self) -> bool:
         """Whether nothing but the agents' places decides who is near whom."""
         plain = not self.own_radii and not self.domain.makes_images and self.obstacles is None
         return plain and self.skin.share > 0.0

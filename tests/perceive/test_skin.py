@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apmethod import AgentParticle, Bounded, Mirrored, ParticleModel, Periodic, brute_force_pairs
+from apmethod import (
+    AgentParticle,
+    Bounded,
+    Mirrored,
+    ParticleModel,
+    Periodic,
+    brute_force_pairs,
+    explain,
+)
 from apmethod.perceive.skin import furthest
 from samples import Curious, build, column_by_id
 
@@ -118,3 +126,16 @@ def test_a_place_that_is_not_a_number_is_no_place_nearby():
 def test_a_bad_skin_is_refused(skin):
     with pytest.raises(ValueError, match="skin is"):
         scene(np.zeros((1, 2)), skin)
+
+
+def test_explain_tells_what_the_skin_has_spared():
+    def told(domain=None):
+        model = scene(
+            np.random.default_rng(4).random((60, 2)), domain=domain, laws=[Diffusion(1e-3)]
+        )
+        check(model)
+        check(model)
+        return dict(explain(model))["perceive"]
+
+    assert "a skin of 30%: 1 searches made, 1 spared" in told()
+    assert "no search reused: images" in told(Periodic((0, 0), (1, 1)))
