@@ -130,9 +130,7 @@ def test_a_bad_skin_is_refused(skin):
 
 def test_explain_tells_what_the_skin_has_spared():
     def told(domain=None):
-        model = scene(
-            np.random.default_rng(4).random((60, 2)), domain=domain, laws=[Diffusion(1e-3)]
-        )
+        model = scene(np.random.default_rng(4).random((60, 2)), domain=domain, terms=[density])
         check(model)
         check(model)
         return dict(explain(model))["perceive"]
