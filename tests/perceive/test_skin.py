@@ -14,6 +14,7 @@ from apmethod import (
     brute_force_pairs,
     explain,
 )
+from apmethod.contribute.terms import density
 from apmethod.perceive.skin import furthest
 from samples import Curious, build, column_by_id
 
