@@ -51,7 +51,7 @@ def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> Non
             _workers.append(Worker(f"apmethod-{len(_workers) + 1}"))
         edges = [count * block // blocks for block in range(blocks + 1)]
         asked = _workers[: blocks - 1]
-        for worker, first, last in zip(asked, edges[1:], edges[2:], strict=False):
+        for worker, first, last in zip(asked, edges[1:-1], edges[2:], strict=True):
             worker.ask(run, first, last, *arguments)
         try:
             run(0, edges[1], *arguments)

@@ -56,7 +56,7 @@ class Worker(Thread):
         self._numbers = np.zeros(_DONE + 1, np.int64)
         self._asleep = False
         self._wake: SimpleQueue[None] = SimpleQueue()
-        self._outcome: SimpleQueue[BaseException | None] = SimpleQueue()
+        self._outcomes: SimpleQueue[tuple[int, BaseException | None]] = SimpleQueue()
         self._job: tuple[Callable, tuple] = (tuple, ())
         self._watch(_ASKED, 0, looks=0)  # compiles
         self.start()
@@ -70,8 +70,12 @@ class Worker(Thread):
 
     def wait(self) -> BaseException | None:
         """Wait until it has, for the error that it has raised, if any."""
-        self._watch(_DONE, self._numbers[_ASKED] - 1)
-        return self._outcome.get()
+        asked = self._numbers[_ASKED]
+        self._watch(_DONE, asked - 1)
+        done = 0
+        while done < asked:  # Ctrl-C may have kept an earlier outcome from being fetched
+            done, error = self._outcomes.get()
+        return error
 
     def run(self) -> None:
         """The thread's own work, until the process ends."""
@@ -89,7 +93,7 @@ class Worker(Thread):
                 error = raised
             self._job = tuple, ()  # keeps no array alive
             done += 1
-            self._outcome.put(error)
+            self._outcomes.put((done, error))
             self._numbers[_DONE] = done
 
     def _sleep(self, done: int) -> None:

@@ -98,3 +98,18 @@ def test_a_worker_asked_at_the_moment_it_falls_asleep_wakes_up():
         worker.ask(calls.append, pause)
         worker.wait()
     assert len(calls) == 200
+
+
+def test_an_outcome_that_was_not_waited_for_is_not_taken_for_the_next_one():
+    worker, done = Worker("interrupted"), []
+    worker.ask(time.sleep, 0.0)  # and whoever waits for it is interrupted
+    while worker._outcomes.empty():
+        time.sleep(0.001)
+
+    def slow():
+        time.sleep(0.05)
+        done.append(1)
+
+    worker.ask(slow)
+    assert worker.wait() is None
+    assert done == [1]
