@@ -102,6 +102,7 @@ class FieldModel(ParticleModel):
             from apmethod.move.obstacles.collection import collected  # loaded where there are some
 
             obstacles = collected(obstacles)
+            obstacles.absorbing = obstacles.absorbing or "mass"
             if remesh or smooth:
                 raise ValueError(
                     f"remesh is {remesh} and smooth is {smooth}; among obstacles agents cannot be "
