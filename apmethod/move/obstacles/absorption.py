@@ -32,7 +32,7 @@ import numpy as np
 from apmethod.compile import compiled, in_blocks, plain
 from apmethod.move.diffusion import Diffusion
 from apmethod.move.law import Law, Now
-from apmethod.move.obstacles.beams import CUTS, NEGATES, in_sight, side_of
+from apmethod.move.obstacles.beams import CUTS, NEGATES, cross, in_sight, side_of
 from apmethod.move.obstacles.borrowing import exact
 from apmethod.move.obstacles.look import walls_near
 from apmethod.move.obstacles.rays import to_wall
@@ -47,8 +47,6 @@ if TYPE_CHECKING:
 #: How far from walls agents are held off, in core radii.  Agents gather where the layer that
 #: diffusion has emptied gets wider than this: as exp(2 D t / reach^2).
 REACH = 4.0
-#: How far from corners g is smoothed, as a share of the reach: about a smoothing length.
-_ROUND = 1.0 / 16.0
 
 
 class Absorption:
@@ -70,14 +68,14 @@ class Absorption:
         # Written within a step before they are read, so not part of an agent's state.
         for name, components in (
             ("held_off", 2), ("_emptied", None), ("_begun_mass", None), ("_diffused", 2),
-            ("_loss", None),
+            ("_gain", None),
         ):  # fmt: skip
             self.particles.declare(name, Column(components, kept=False))
 
     def begin(self) -> None:
         """Take down what the agents start with."""
         self.particles.array("_begun_mass")[:] = self.particles.array("mass")
-        self.particles.array("_loss")[:] = 0.0
+        self.particles.array("_gain")[:] = 0.0
 
     def look(self, rows: np.ndarray, *, in_python: bool) -> None:
         """Find g and div g + |g|^2 where the agents in ``rows`` are."""
@@ -94,17 +92,18 @@ class Absorption:
     ) -> None:
         """Let masses follow their rate for a stage of the integrator."""
         diffused = self._array("_diffused")
-        for number, law in enumerate(self._diffusion):
+        for law in self._diffusion:
             diffused[rows] = 0.0
             if in_python:
                 agent = self.particles._agents[rows[0]]
                 diffused[rows[0]] = law.of(agent, now)
             else:
                 law.add_to(diffused, self.particles, rows, now)
+            fastest = law.diffusivity / now.smoothing_length**2
             self._run(
-                _take, rows, in_python, law.diffusivity, dt, stage.ahead, stage.weight,
-                stage.moves, number == 0, self._array("held_off"), self._array("_emptied"),
-                diffused, self._array("_begun_mass"), self._array("_loss"), self._array("mass"),
+                _take, rows, in_python, law.diffusivity, fastest, dt, stage.ahead, stage.weight,
+                stage.moves, self._array("held_off"), self._array("_emptied"),
+                diffused, self._array("_begun_mass"), self._array("_gain"), self._array("mass"),
             )  # fmt: skip
 
     def arrived(self) -> None:
@@ -147,85 +146,171 @@ def _look(
 @exact
 def off_all(x, y, walls, kind, count, reach, clearance):
     """g of all walls near (x, y) that absorb, and div g + |g|^2."""
-    along_x, along_y, rate = 0.0, 0.0, 0.0
+    g_x, g_y, divergence = 0.0, 0.0, 0.0
     for wall in range(count):
-        if kind[wall] != NEGATES or side_of(walls, wall, x, y) * walls[wall, 7] < -clearance:
+        if kind[wall] != NEGATES:
             continue
-        off_x, off_y, share = to_wall(
-            x, y, walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
-        )
-        distance = np.hypot(off_x, off_y)
-        at_end = share == 0.0 or share == 1.0
-        if at_end and goes_round(x, y, walls, kind, count, wall, share):
-            continue
-        back = 2.0 * clearance / distance
-        if back < 1.0 and not in_sight(
-            walls, kind, count, x, y, x - (1.0 - back) * off_x, y - (1.0 - back) * off_y, clearance
-        ):
-            continue
-        size = np.hypot(distance, _ROUND * reach) if at_end else distance
-        if size >= reach:
-            continue
-        # f(z) = (35 z - 35 z^3 + 21 z^5 - 5 z^7) / 16, whose derivatives vanish at z = 1.
-        z, z_2 = size / reach, (size / reach) ** 2
-        per_z = (35.0 - 35.0 * z_2 + 21.0 * z_2 * z_2 - 5.0 * z_2 * z_2 * z_2) / 16.0
-        slope = 2.1875 * (1.0 - z_2) ** 3 / (per_z * z * reach)
-        bend = -13.125 * (1.0 - z_2) ** 2 / (per_z * reach * reach)
-        strength = slope / size
-        g_x, g_y = strength * off_x, strength * off_y
-        rate += 2.0 * (along_x * g_x + along_y * g_y)
-        if at_end:  # the divergence of a radial field
-            steep = (bend - slope * slope - strength) * (distance / size) ** 2
-            rate += 2.0 * strength + steep + g_x * g_x + g_y * g_y
-        else:
-            rate += bend
-        along_x, along_y = along_x + g_x, along_y + g_y
-    return along_x, along_y, rate
+        if side_of(walls, wall, x, y) * walls[wall, 7] >= -clearance:  # not from inside
+            part_x, part_y, part = off_wall(x, y, walls, kind, count, wall, reach, clearance)
+            g_x, g_y, divergence = g_x + part_x, g_y + part_y, divergence + part
+        for end in range(2):
+            part_x, part_y, part = off_corner(
+                x, y, walls, kind, count, wall, end, reach, clearance
+            )
+            g_x, g_y, divergence = g_x + part_x, g_y + part_y, divergence + part
+    return g_x, g_y, divergence + (g_x * g_x + g_y * g_y)
 
 
 @exact
-def goes_round(x, y, walls, kind, count, wall, share):
-    """Whether the end of a wall that is nearest to (x, y) is another wall's to count.
+def seen(x, y, walls, kind, count, off_x, off_y, clearance):
+    """Whether (x, y) sees what is at (x - off_x, y - off_y), on a wall."""
+    distance = np.hypot(off_x, off_y)
+    share = 1.0 - 2.0 * clearance / distance
+    if share <= 0.0:
+        return True
+    return in_sight(walls, kind, count, x, y, x - share * off_x, y - share * off_y, clearance)
 
-    At the outer corner of an obstacle two walls are one way round: there the corner counts
-    once, and beside either wall only that one.  In the corner of a room both count.
+
+@exact
+def off_wall(x, y, walls, kind, count, wall, reach, clearance):
+    """grad log f of one wall, away from its ends, and its divergence."""
+    off_x, off_y, share = to_wall(
+        x, y, walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
+    )
+    distance = np.hypot(off_x, off_y)
+    if distance >= reach or not seen(x, y, walls, kind, count, off_x, off_y, clearance):
+        return 0.0, 0.0, 0.0
+    # f(z) = (35 z - 35 z^3 + 21 z^5 - 5 z^7) / 16, whose derivatives vanish at z = 1.
+    z, z_2 = distance / reach, (distance / reach) ** 2
+    per_z = (35.0 - 35.0 * z_2 + 21.0 * z_2 * z_2 - 5.0 * z_2 * z_2 * z_2) / 16.0
+    slope = 2.1875 * (1.0 - z_2) ** 3 / (per_z * z * reach)
+    bend = -13.125 * (1.0 - z_2) ** 2 / (per_z * reach * reach)
+    g_x, g_y = slope * off_x / distance, slope * off_y / distance
+    divergence = bend - slope * slope
+    if share == 0.0 or share == 1.0:  # round the corner; one of its walls counts it
+        if not owns(x, y, walls, kind, count, wall, 0 if share == 0.0 else 2):
+            return 0.0, 0.0, 0.0
+        divergence += slope / distance
+    for end in (0, 2):
+        width = extent(walls, count, wall, end, reach)
+        from_x, from_y = x - walls[wall, end], y - walls[wall, end + 1]
+        away = np.hypot(from_x, from_y)
+        if away < width:
+            part, steep = faded(away / width)
+            along = (g_x * from_x + g_y * from_y) / away
+            divergence = part * divergence + steep / width * along
+            g_x, g_y = part * g_x, part * g_y
+    return g_x, g_y, divergence
+
+
+@exact
+def off_corner(x, y, walls, kind, count, wall, end, reach, clearance):
+    """grad log phi near an end of a wall, and its divergence; phi = r^a sin(a theta).
+
+    It is u itself between two walls that take mass at an angle w, with a = pi / w, and
+    between one of them and a reflecting one, with a = pi / (2 w).  Past the end of a thin
+    wall w = 2 pi.
     """
-    end, far = (0, 2) if share == 0.0 else (2, 0)
-    end_x, end_y = walls[wall, end], walls[wall, end + 1]
+    at = 2 * end
+    width = extent(walls, count, wall, at, reach)
+    from_x, from_y = x - walls[wall, at], y - walls[wall, at + 1]
+    away = np.hypot(from_x, from_y)
+    if away >= width or not owns_corner(walls, kind, count, wall, at):
+        return 0.0, 0.0, 0.0
+    if not seen(x, y, walls, kind, count, from_x, from_y, clearance):
+        return 0.0, 0.0, 0.0
+    # The first walls that are met going round the corner from (x, y), to the left and right.
+    left, right, left_kind, right_kind = 7.0, 7.0, CUTS, CUTS
+    for other in range(count):
+        for on in (0, 2):
+            if not same_end(walls, wall, at, other, on):
+                continue
+            along_x = walls[other, 2 - on] - walls[other, on]
+            along_y = walls[other, 3 - on] - walls[other, on + 1]
+            turn = np.arctan2(cross(from_x, from_y, along_x, along_y),
+                              from_x * along_x + from_y * along_y)  # fmt: skip
+            turn = turn if turn > 0.0 else turn + 2.0 * np.pi
+            if turn < left:
+                left, left_kind = turn, kind[other]
+            if 2.0 * np.pi - turn < right:
+                right, right_kind = 2.0 * np.pi - turn, kind[other]
+    if left_kind != NEGATES and right_kind != NEGATES:
+        return 0.0, 0.0, 0.0
+    both = left_kind == NEGATES and right_kind == NEGATES
+    power = np.pi / ((1.0 if both else 2.0) * (left + right))
+    if right_kind == NEGATES:
+        around = power / np.tan(power * right)
+    else:
+        around = -power / np.tan(power * left)
+    away_2 = away * away
+    g_x = (power * from_x - around * from_y) / away_2
+    g_y = (power * from_y + around * from_x) / away_2
+    part, steep = faded(away / width)
+    divergence = -(1.0 - part) * (g_x * g_x + g_y * g_y) - steep / width * power / away
+    return (1.0 - part) * g_x, (1.0 - part) * g_y, divergence
+
+
+@exact
+def faded(z):
+    """From 0 at z = 0 to 1 at z = 1, smoothly, and the slope."""
+    return z * z * z * (10.0 - 15.0 * z + 6.0 * z * z), 30.0 * z * z * (1.0 - z) * (1.0 - z)
+
+
+@exact
+def same_end(walls, wall, at, other, on):
+    """Whether the end of a wall that begins at column ``at`` is that of another one at ``on``."""
+    x_too = walls[wall, at] == walls[other, on]
+    return x_too and walls[wall, at + 1] == walls[other, on + 1]
+
+
+@exact
+def extent(walls, count, wall, at, reach):
+    """How far round the end of a wall g is that of the corner."""
+    width = 0.5 * reach
+    for other in range(count):
+        if same_end(walls, wall, at, other, 0) or same_end(walls, wall, at, other, 2):
+            along_x = walls[other, 2] - walls[other, 0]
+            along_y = walls[other, 3] - walls[other, 1]
+            width = min(width, 0.5 * np.hypot(along_x, along_y))
+    return width
+
+
+@exact
+def owns_corner(walls, kind, count, wall, at):
+    """Whether a wall is the first of those that take mass and meet at its end."""
+    for other in range(wall):
+        if kind[other] == NEGATES:
+            if same_end(walls, wall, at, other, 0) or same_end(walls, wall, at, other, 2):
+                return False
+    return True
+
+
+@exact
+def owns(x, y, walls, kind, count, wall, at):
+    """Whether the end of a wall is nearest to (x, y) of all there is, and this wall counts it."""
     for other in range(count):
         if other == wall or kind[other] != NEGATES:
             continue
-        first = walls[other, 0] == end_x and walls[other, 1] == end_y
-        second = walls[other, 2] == end_x and walls[other, 3] == end_y
-        if not (first or second):
-            continue
-        _, _, place = to_wall(
-            x, y, walls[other, 0], walls[other, 1], walls[other, 2], walls[other, 3]
-        )
-        if (first and place == 0.0) or (second and place == 1.0):
-            if other < wall:
-                return True
-        elif (
-            side_of(walls, other, walls[wall, far], walls[wall, far + 1])
-            * side_of(walls, other, x, y)
-            <= 0.0
-        ):
-            return True
-    return False
+        for on in (0, 2):
+            if same_end(walls, wall, at, other, on):
+                _, _, place = to_wall(
+                    x, y, walls[other, 0], walls[other, 1], walls[other, 2], walls[other, 3]
+                )
+                if place != (0.0 if on == 0 else 1.0) or other < wall:
+                    return False
+    return True
 
 
 @compiled
 def _take(
-    first, last, rows, diffusivity, dt, ahead, weight, moves, begins, held_off, emptied, diffused,
-    begun_mass, loss, mass,
+    first, last, rows, diffusivity, fastest, dt, ahead, weight, moves, held_off, emptied,
+    diffused, begun_mass, gain, mass,
 ):  # fmt: skip
     """Masses at the stage's trial place, or at the end of the step."""
     for k in range(first, last):
         row = rows[k]
         along = held_off[row, 0] * diffused[row, 0] + held_off[row, 1] * diffused[row, 1]
-        rate = diffusivity * emptied[row] - along
-        loss[row] += dt * weight * rate
-        trial = dt * ahead * rate
-        if moves:
-            trial = loss[row]
-        mass[row] = begun_mass[row] * np.exp(trial)
+        # Where u is resolved it grows no faster; around corners it may not be.
+        rate = min(diffusivity * emptied[row] - along, fastest)
+        gain[row] += dt * weight * rate
+        mass[row] = begun_mass[row] * np.exp(gain[row] if moves else dt * ahead * rate)
