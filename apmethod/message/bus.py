@@ -179,10 +179,14 @@ class MessageBus:
                 reach = self.space.radius_between(agent, other)
                 pair = self._pair(dx, dy, reach / self.kernel.support)
                 image = other if sign > 0 else _Opposite(other, self._odd)
-                for term, part in self._parts():
+                message: list[float] = []
+                for term in self.terms:
                     # Terms that are not weighed by the mass know of no negative one.
                     if sign > 0 or term.weight in self._odd:
-                        total[part] += self._weighed(term, term.values(pair, agent, image), image)
+                        message += self._weighed(term, term.values(pair, agent, image), image)
+                    else:
+                        message += [0.0] * (term.components or 1)
+                total += message
         return total
 
     def post(self, sender: AgentParticle, receiver: AgentParticle, message: Message) -> None:
