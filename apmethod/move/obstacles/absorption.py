@@ -87,9 +87,7 @@ class Absorption:
             self._array("held_off"), self._array("_emptied"),
         )  # fmt: skip
 
-    def take(
-        self, rows: np.ndarray, now: Now, stage: Stage, dt: float, *, in_python: bool
-    ) -> None:
+    def take(self, rows: np.ndarray, now: Now, stage: Stage, dt: float, *, in_python: bool) -> None:
         """Let masses follow their rate for a stage of the integrator."""
         diffused = self._array("_diffused")
         for law in self._diffusion:
@@ -154,9 +152,7 @@ def off_all(x, y, walls, kind, count, reach, clearance):
             part_x, part_y, part = off_wall(x, y, walls, kind, count, wall, reach, clearance)
             g_x, g_y, divergence = g_x + part_x, g_y + part_y, divergence + part
         for end in range(2):
-            part_x, part_y, part = off_corner(
-                x, y, walls, kind, count, wall, end, reach, clearance
-            )
+            part_x, part_y, part = off_corner(x, y, walls, kind, count, wall, end, reach, clearance)
             g_x, g_y, divergence = g_x + part_x, g_y + part_y, divergence + part
     return g_x, g_y, divergence + (g_x * g_x + g_y * g_y)
 
@@ -279,9 +275,9 @@ def extent(walls, count, wall, at, reach):
 def owns_corner(walls, kind, count, wall, at):
     """Whether a wall is the first of those that take mass and meet at its end."""
     for other in range(wall):
-        if kind[other] == NEGATES:
-            if same_end(walls, wall, at, other, 0) or same_end(walls, wall, at, other, 2):
-                return False
+        here = same_end(walls, wall, at, other, 0) or same_end(walls, wall, at, other, 2)
+        if here and kind[other] == NEGATES:
+            return False
     return True
 
 

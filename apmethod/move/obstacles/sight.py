@@ -159,8 +159,8 @@ def _look(
         in_blocks(
             look_around, chunks, room, points, own, low, high, cells.x, cells.y, cells.shift_x,
             cells.shift_y, cells.image, cells.core_radius, obstacles.tree, obstacles.walls,
-            kinds_of(obstacles), shifts_of(domain), limits, mirrored, obstacles.clearance, begin, end, other, dx, dy,
-            sign, taken, least=12,
+            kinds_of(obstacles), shifts_of(domain), limits, mirrored, obstacles.clearance, begin,
+            end, other, dx, dy, sign, taken, least=12,
         )  # fmt: skip
         if taken.max() <= room:
             return Sights(place, begin, end, other, dx, dy, sign)
