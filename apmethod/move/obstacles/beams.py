@@ -6,7 +6,8 @@ wall, and in several walls to the image of the image.  Each image is seen in a *
 cone from it through its wall, narrowed to what the walls before let through.  Lines of
 sight that walls return this way cover each direction around an agent up to the core radius
 exactly once, whatever the walls' shape, so that a constant field has complete sums beside
-any of them and diffusion has no flux through them.  Beside straight walls, in boxes and in
+any of them and diffusion has no flux through them.  Images in an odd number of walls that take
+mass have the opposite sign, so that u = 0 there.  Beside straight walls, in boxes and in
 wedges of pi/n the images are those of the exact solution; around the outer corners of
 obstacles no images are, and these only complete the sums.
 """

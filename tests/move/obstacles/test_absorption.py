@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apmethod import FieldModel, Obstacles, Polyline, square
-from apmethod.move.obstacles.absorption import off_all
+from apmethod.move.obstacles.holding import hold_off
 from apmethod.move.obstacles.look import walls_near
 from apmethod.move.obstacles.sight import kinds_of
 from obstacle_samples import random_obstacles
@@ -22,7 +22,7 @@ def held_off(obstacles, x, y):
         x, y, 0.0, 0.0, REACH, obstacles.tree, walls, kinds_of(obstacles), waiting, tried, 0,
         near, kind, 0,
     )  # fmt: skip
-    return np.array(off_all(x, y, near, kind, count, REACH, obstacles.clearance))
+    return np.array(hold_off(x, y, near, kind, count, REACH, obstacles.clearance))
 
 
 def walls_of(points, behaviour="absorb", **options):
