@@ -65,11 +65,12 @@ class Absorption:
         self.laws = tuple(law.held_off() if isinstance(law, Diffusion) else law for law in laws)
         self._diffusion = [law for law in self.laws if isinstance(law, Diffusion)]
         # Written within a step before they are read, so not part of an agent's state.
-        for name, components in (
-            ("held_off", 2), ("_emptied", None), ("_begun_mass", None), ("_diffused", 2),
-            ("_gain", None),
-        ):  # fmt: skip
-            self.particles.declare(name, Column(components, kept=False))
+        declare = self.particles.declare
+        for name in ("held_off", "_diffused"):
+            declare(name, Column(2, kept=False))
+        for name in ("_emptied", "_gain"):
+            declare(name, Column(kept=False))
+        declare("_begun_mass", Column(kept=False, like="mass"))
 
     def begin(self) -> None:
         """Take down what the agents start with."""
