@@ -19,8 +19,8 @@ Beside straight walls and in the corners of rooms this is as accurate as diffusi
 (relative L2 error 2e-5 to 4e-5 with 4000 agents, and 2e-2 to 6e-2 where walls take only the
 agents that run into them).  Around outer corners and the ends of thin walls u is not smooth, and
 sums within a core radius of them are not complete: some 1e-3 to 4e-3 in the plain form.  The
-blob form divides by those sums at both ends of a pair, and errs there by 1e-2 and more, as it
-does where walls take agents only: among such corners take accuracy "accurate".
+blob form divides by those sums at both ends of a pair, and errs there by 1e-2 and more: among
+such corners take accuracy "accurate".
 """
 
 from __future__ import annotations
@@ -46,6 +46,10 @@ if TYPE_CHECKING:
 #: How far from walls agents are held off, in core radii.  Agents gather where the layer that
 #: diffusion has emptied gets wider than this: as exp(2 D t / reach^2).
 REACH = 4.0
+
+#: Largest area that an agent stands for, in squared smoothing lengths: beyond that of the
+#: kernels' own, 1 / W(0).
+WIDEST = 4.0
 
 
 class Absorption:
@@ -76,6 +80,16 @@ class Absorption:
         """Take down what the agents start with."""
         self.particles.array("_begun_mass")[:] = self.particles.array("mass")
         self.particles.array("_gain")[:] = 0.0
+
+    def received(self, smoothing_length: float) -> None:
+        """Keep densities above that of an agent alone in an area of `WIDEST` h^2.
+
+        Only images of opposite sign bring a density below it, where an agent is thrown at a
+        wall; the blob form would divide by it.
+        """
+        if "density" in self.particles:
+            density, mass = self._array("density"), self._array("mass")
+            np.maximum(density, mass / (WIDEST * smoothing_length**2), out=density)
 
     def look(self, rows: np.ndarray, *, in_python: bool) -> None:
         """Find g and div g + |g|^2 where the agents in ``rows`` are."""
