@@ -85,9 +85,9 @@ class Absorption:
         """Keep densities above that of an agent alone in an area of `WIDEST` h^2.
 
         Only images of opposite sign bring a density below it, where an agent is thrown at a
-        wall; the blob form would divide by it.
+        wall, and only the blob form has others divide by it.
         """
-        if "density" in self.particles:
+        if "blob_gradient" in self.particles:
             density, mass = self._array("density"), self._array("mass")
             np.maximum(density, mass / (WIDEST * smoothing_length**2), out=density)
 
