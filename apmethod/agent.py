@@ -198,3 +198,5 @@ class DiffusingParticle(AgentParticle):
     density_gradient = Column(2, kept=False, unit="mass/volume")
     density_difference = Column(2, kept=False)
     blob_gradient = Column(2, kept=False, unit="1/length")
+    #: What walls that take mass add to -grad u / u, see `apmethod.move.obstacles.absorption`.
+    held_off = Column(2, kept=False, unit="1/length")

@@ -40,8 +40,8 @@ def reconstruct(
         smoothing_length: h of the kernel, about twice the agents' spacing.
         kernel: smoothing kernel.
         domain: periodic sides are seen across, and mirrored ones mirror the field.
-        obstacles: walls that the field is not seen through, and that mirror it; in them it
-            is 0.
+        obstacles: walls that the field is not seen through, and that mirror it, those that
+            absorb with opposite sign, so that it is 0 at them; in obstacles it is 0.
 
     Returns:
         u, mass per area, of shape (n,).
@@ -73,8 +73,8 @@ def reconstruct(
         if sights is not None:
             in_blocks(
                 _compile_sum_in_sight(kernel), len(sights.place), sights.place, sights.begin,
-                sights.end, sights.other, sights.dx, sights.dy, masses, smoothing_length, values,
-                least=1000,
+                sights.end, sights.other, sights.dx, sights.dy, sights.sign, masses,
+                smoothing_length, values, least=1000,
             )  # fmt: skip
         values[obstacles.occupied(points)] = 0.0
     return values
@@ -106,12 +106,15 @@ def _compile_sum_in_sight(kernel: Kernel) -> Callable:
     shape = inlined(kernel.shape)
 
     @compiled
-    def sum_in_sight(first, last, place, begin, end, other, dx, dy, mass, smoothing_length, values):
+    def sum_in_sight(
+        first, last, place, begin, end, other, dx, dy, sign, mass, smoothing_length, values
+    ):
         h_2 = smoothing_length * smoothing_length
         for k in range(first, last):
             total = 0.0
             for n in range(begin[k], end[k]):
-                total += mass[other[n]] * shape(distance_2(dx[n], dy[n]) / h_2)
+                part = mass[other[n]] * shape(distance_2(dx[n], dy[n]) / h_2)
+                total += -part if sign[n] < 0 else part
             values[place[k]] = total / h_2
 
     return sum_in_sight

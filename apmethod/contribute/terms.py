@@ -173,6 +173,17 @@ def term(parity: str | None = None, **options: Any) -> Callable[[Callable], Term
     return lambda formula: Term(formula, parity, **options)
 
 
+def odd_columns(terms: Sequence[Term]) -> frozenset[str]:
+    """Columns that have the opposite sign in images in walls that absorb.
+
+    These are the mass, and sums that are weighed by it, or by such a sum.
+    """
+    odd = {"mass"}
+    for _ in terms:  # each may wait for all others
+        odd |= {term.name for term in terms if term.weight in odd}
+    return frozenset(odd)
+
+
 @term("even", weight="mass", own=True, unit="mass/area")
 def density(pair, i, j):
     """rho_i = sum_j m_j W_ij, the agent itself included (paper eq 2.2 with f = rho)."""
@@ -195,5 +206,5 @@ def density_difference(pair, i, j):
 @term("odd", weight="mass", components=2, reads=("density",), unit="1/length")
 def blob_gradient(pair, i, j):
     """sum_j m_j (1/rho_i + 1/rho_j) grad_i W_ij (Carrillo, Craig and Patacchini 2019)."""
-    both = 1.0 / max(i.density, NOTHING) + 1.0 / max(j.density, NOTHING)
+    both = 1.0 / (i.density + NOTHING) + 1.0 / (j.density + NOTHING)
     return both * pair.grad_x, both * pair.grad_y

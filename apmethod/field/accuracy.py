@@ -24,7 +24,9 @@ from apmethod.move.integrate import Integrator, integrator_named
 
 #: Smoothing length in spacings that a kernel is good for.  Less, and sums over a deformed
 #: lattice are no longer integrals; more, and the smoothing itself errs.  Larger for a kernel
-#: of higher order, which smooths less and resolves finer.
+#: of higher order, which smooths less and resolves finer.  With the Gaussian's 1.4 errors level
+#: off at about 2e-5, at walls as in the open and at any time step: in a wedge without flux 3.1e-5
+#: with 4000 agents and 2.0e-5 with 16 000; at 1.6 spacings 5.0e-5 and 0.9e-5.
 _SPACINGS = {
     "cubic": 1.3,
     "quintic": 1.3,

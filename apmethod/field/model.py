@@ -61,7 +61,8 @@ class FieldModel(ParticleModel):
         follow_density: whether the core radius grows as the field thins out.
         dt, level, evaluation, tier, domain, rng: see `ParticleModel`.
         obstacles: see `ParticleModel`; the field is that outside of them.  Agents are not
-            laid anew among obstacles, and jumps of the start are left in.
+            laid anew among obstacles, and jumps of the start are left in.  At walls that
+            absorb u = 0: they take mass, unless ``Obstacles(absorbing="agents")``.
         agent_class: class of the agents.
 
     Raises:
@@ -102,6 +103,7 @@ class FieldModel(ParticleModel):
             from apmethod.move.obstacles.collection import collected  # loaded where there are some
 
             obstacles = collected(obstacles)
+            obstacles.absorbing = obstacles.absorbing or "mass"
             if remesh or smooth:
                 raise ValueError(
                     f"remesh is {remesh} and smooth is {smooth}; among obstacles agents cannot be "

@@ -16,7 +16,7 @@ from numba.core.errors import NumbaError
 
 from apmethod.compile import memory
 from apmethod.contribute.smoothing import Kernel
-from apmethod.contribute.terms import Term, pair_maker
+from apmethod.contribute.terms import Term, odd_columns, pair_maker
 from apmethod.message.passes import BEST_EVALUATION, EVALUATIONS, RoundPass
 from apmethod.particles import Particles
 from apmethod.perceive.cells import SortedCells
@@ -71,7 +71,10 @@ class MessageBus:
         if space.own_radii:
             self._check_own_radii(evaluation)
             self.evaluation = "gathered" if evaluation == "auto" else evaluation
-        self._passes = [RoundPass(each, kernel, particles, self.evaluation) for each in self.rounds]
+        self._odd = odd_columns(terms)
+        self._passes = [
+            RoundPass(each, kernel, particles, self.evaluation, self._odd) for each in self.rounds
+        ]
         self._lists: tuple[SortedCells | None, NeighbourLists | None] = (None, None)
         self.close()
 
@@ -173,13 +176,19 @@ class MessageBus:
     ) -> np.ndarray:
         """What the mirror images of ``senders``, None for all agents, give ``agent``."""
         total = np.zeros(self._pass.width)
-        for other, dx, dy in self.space.mirrored_near(agent):
+        for other, dx, dy, sign in self.space.mirrored_near(agent):
             if senders is None or other in senders:
                 reach = self.space.radius_between(agent, other)
                 pair = self._pair(dx, dy, reach / self.kernel.support)
-                values = [term.values(pair, agent, other) for term in self.terms]
-                weighed = zip(self.terms, values, strict=True)
-                total += np.concatenate([self._weighed(*each, other) for each in weighed])
+                image = other if sign > 0 else _Opposite(other, self._odd)
+                message: list[float] = []
+                for term in self.terms:
+                    # Terms that are not weighed by the mass know of no negative one.
+                    if sign > 0 or term.weight in self._odd:
+                        message += self._weighed(term, term.values(pair, agent, image), image)
+                    else:
+                        message += [0.0] * (term.components or 1)
+                total += message
         return total
 
     def post(self, sender: AgentParticle, receiver: AgentParticle, message: Message) -> None:
@@ -248,6 +257,17 @@ class MessageBus:
                         f"declares and no term delivers; there are {', '.join(widths)}"
                     )
             term.check(widths)
+
+
+class _Opposite:
+    """An agent's image in a wall that absorbs, as a formula reads it."""
+
+    def __init__(self, agent: AgentParticle, odd: frozenset[str]):
+        self._agent, self._odd = agent, odd
+
+    def __getattr__(self, name: str):
+        value = getattr(self._agent, name)
+        return -value if name in self._odd else value
 
 
 def _rounds(terms: Sequence[Term]) -> list[tuple[Term, ...]]:

@@ -44,15 +44,22 @@ class RoundPass:
         kernel: the scene's smoothing kernel.
         particles: the table; its columns say what is scalar and what is a vector.
         evaluation: "gathered", "scattered" or "stored".
+        odd: columns that have the opposite sign in images in walls that absorb.
     """
 
     def __init__(
-        self, terms: Sequence[Term], kernel: Kernel, particles: Particles, evaluation: str
+        self,
+        terms: Sequence[Term],
+        kernel: Kernel,
+        particles: Particles,
+        evaluation: str,
+        odd: frozenset[str] = frozenset(),
     ):
         self.terms = tuple(terms)
         self.kernel = kernel
         self.particles = particles
         self.evaluation = evaluation
+        self.odd = odd
         names = dict.fromkeys(name for term in self.terms for name in term.columns)
         self.reads = tuple((name, particles.columns[name].components) for name in names)
         self.width = width_of(self.terms)
@@ -89,7 +96,7 @@ class RoundPass:
         if sights is not None:
             from apmethod.message.sighted import sum_over_sights  # where there are obstacles
 
-            sum_over_sights(*scene[:3], sights, cells.core_radius, row, table, sums)
+            sum_over_sights(*scene[:3], self.odd, sights, cells.core_radius, row, table, sums)
 
     def _components(self) -> Iterator[np.ndarray]:
         """The columns that the terms read, vectors by component."""

@@ -27,6 +27,7 @@ What holds at the edges, in every form:
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from math import sqrt
@@ -56,22 +57,43 @@ def _limited(x, y, largest):
 
 
 def _paper(agent, p):
+    """-D grad u / u, unlimited, as the two below."""
     rho = max(abs(agent.density), NOTHING)
     scale = -p.diffusivity / rho
-    x, y = scale * (agent.density_difference[0] / rho), scale * (agent.density_difference[1] / rho)
-    return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
+    return scale * (agent.density_difference[0] / rho), scale * (agent.density_difference[1] / rho)
 
 
 def _plain(agent, p):
     # Only a kernel with a negative tail lets the sum fall below a share of the own part.
     scale = -p.diffusivity / max(agent.density, 0.05 * agent.mass * p.own_w, NOTHING)
-    x, y = scale * agent.density_gradient[0], scale * agent.density_gradient[1]
-    return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
+    return scale * agent.density_gradient[0], scale * agent.density_gradient[1]
 
 
 def _blob(agent, p):
-    x, y = -p.diffusivity * agent.blob_gradient[0], -p.diffusivity * agent.blob_gradient[1]
-    return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
+    return -p.diffusivity * agent.blob_gradient[0], -p.diffusivity * agent.blob_gradient[1]
+
+
+@cache
+def _velocity(unlimited: Callable) -> Callable:
+    inlined(unlimited)
+
+    def velocity(agent, p):
+        x, y = unlimited(agent, p)
+        return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
+
+    return velocity
+
+
+@cache
+def _held_off(unlimited: Callable) -> Callable:
+    inlined(unlimited)
+
+    def velocity(agent, p):
+        x, y = unlimited(agent, p)
+        x, y = x + p.diffusivity * agent.held_off[0], y + p.diffusivity * agent.held_off[1]
+        return _limited(x, y, p.limit * p.diffusivity / p.smoothing_length)
+
+    return velocity
 
 
 @dataclass(frozen=True)
@@ -79,7 +101,7 @@ class Form:
     """A way to take the diffusion velocity from the neighbours.
 
     Attributes:
-        formula: the law's formula.
+        formula: the velocity, not limited.
         reads: columns that it uses.
         terms: what it has exchanged.
         decay: damping of a small wave over D k^2, from the kernel's transform at k.
@@ -130,11 +152,20 @@ class Diffusion(Law):
         limit = finite_number("limit", limit, least=0.0)
         super().__init__(
             f"diffusion velocity, {form} form",
-            self.form.formula,
+            _velocity(self.form.formula),
             reads=self.form.reads,
             parameters={"diffusivity": self.diffusivity, "limit": limit},
             terms=self.form.terms,
         )
+
+    def held_off(self) -> Diffusion:
+        """The same with agents held off walls that take mass.
+
+        See `apmethod.move.obstacles.absorption`.
+        """
+        held = copy(self)
+        held.formula, held.reads = _held_off(self.form.formula), (*self.reads, "held_off")
+        return held
 
     def check(self, kernel: Kernel) -> None:
         """Refuse the blob form with a kernel that is negative somewhere."""

@@ -30,6 +30,7 @@ from apmethod.perceive.domain import bounce, place
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
+    from apmethod.move.obstacles.absorption import Absorption
     from apmethod.move.obstacles.collection import Obstacles
     from apmethod.move.obstacles.shapes import Obstacle
     from apmethod.perceive.lattice import QuadLattice
@@ -65,6 +66,19 @@ class Motion:
         self.kernel = kernel
         self.particles = particles
         self.domain = space.domain
+        self.obstacles: Obstacles | None = None
+        if obstacles is not None:
+            from apmethod.move.obstacles.collection import collected  # costs nothing without
+
+            self.obstacles = space.obstacles = collected(obstacles)
+            self.obstacles.attach(particles, self.domain)
+        #: What takes the mass of agents beside walls, where walls do.
+        self.absorption: Absorption | None = None
+        if self.obstacles is not None and self.obstacles.takes_mass:
+            from apmethod.move.obstacles.absorption import Absorption
+
+            self.absorption = Absorption(self.obstacles, space, laws)
+            laws = self.absorption.laws
         self.laws = tuple(laws)
         self.integrator = integrator
         flows = [law for law in self.laws if isinstance(law, Flow)]
@@ -93,12 +107,6 @@ class Motion:
             particles.declare("_displacement", Column(2, kept=False))
         if self.split_flow is not None:
             particles.declare("_carried", Column(2, kept=False, like="position"))
-        self.obstacles: Obstacles | None = None
-        if obstacles is not None:
-            from apmethod.move.obstacles.collection import collected  # costs nothing without
-
-            self.obstacles = space.obstacles = collected(obstacles)
-            self.obstacles.attach(particles, self.domain)
         self._changes = -1
         self.stage: Stage | None = None
         self._own_w = float(kernel.w(0.0, 1.0))
@@ -126,6 +134,8 @@ class Motion:
             self.turning = self.split_flow.turning(positions, time)
         if self.obstacles is not None:
             self.obstacles.begin(time, dt)
+        if self.absorption is not None:
+            self.absorption.begin()
 
     def enter(self, stage: Stage, smoothing_length: float) -> None:
         """Begin a stage; ``smoothing_length`` is the (largest) one of the agents."""
@@ -153,6 +163,8 @@ class Motion:
 
     def arrived(self) -> None:
         """Note that the agents that are there now have moved; now the obstacles do."""
+        if self.absorption is not None:
+            self.absorption.arrived()
         if self.obstacles is not None:
             self.obstacles.sweep(self.reflected)
         self._changes = self.particles.changes
@@ -175,21 +187,29 @@ class Motion:
         if self.stage is None:
             raise RuntimeError("agents move within a step of their model; call model.step()")
         row = self.particles.row(agent)
-        if self.stage.interacts:
-            self.particles.array("_rate")[row] = agent.dynamics()
         rows = np.array([row])
+        if self.stage.interacts:
+            self._hold_off(rows, in_python=True)
+            self.particles.array("_rate")[row] = agent.dynamics()
         self._carry_out(rows, in_python=True)
         self._place(rows, in_python=True)
 
     def advance_all(self, rows: np.ndarray) -> None:
         """Carry out the current stage on the agents in ``rows`` of the table, compiled."""
         if self.stage.interacts:
+            self._hold_off(rows, in_python=False)
             rate = self.particles.array("_rate")
             rate[rows] = 0.0
             for law in self.evaluated:
                 law.add_to(rate, self.particles, rows, self.now())
         self._carry_out(rows, in_python=False)
         self._place(rows, in_python=False)
+
+    def _hold_off(self, rows: np.ndarray, in_python: bool) -> None:
+        """Hold agents off walls that take mass, which take it."""
+        if self.absorption is not None:
+            self.absorption.look(rows, in_python=in_python)
+            self.absorption.take(rows, self.now(), self.stage, self.dt, in_python=in_python)
 
     def _carry_out(self, rows: np.ndarray, in_python: bool) -> None:
         if self.integrator is LEAP_FROG:

@@ -289,12 +289,15 @@ class QuadLattice(MesaSpace):
             return [other for other in neighbours if self.near(agent, other)]
         return neighbours
 
-    def mirrored_near(self, agent: AgentParticle) -> list[tuple[AgentParticle, float, float]]:
-        """Agents whose mirror images are within the core radius, and x_i - x_j to the image."""
+    def mirrored_near(self, agent: AgentParticle) -> list[tuple[AgentParticle, float, float, int]]:
+        """Agents whose mirror images are within the core radius: (agent, dx, dy, sign).
+
+        dx and dy are x_i - x_j to the image; the sign is -1 in walls that absorb, else 1.
+        """
         cells, agents = self.cells, self.particles._agents
         lines = self._lines_to(agent)
         if lines is not None:
-            return [(agents[row], dx, dy) for row, dx, dy in lines.mirrored]
+            return [(agents[row], *image) for row, *image in lines.mirrored]
         if not len(cells.image):
             return []
         x, y, place = self._around(agent)
@@ -306,7 +309,7 @@ class QuadLattice(MesaSpace):
                     reach = self.radius_between(agent, other)
                     dx, dy = x - cells.x[k] - cells.shift_x[k], y - cells.y[k] - cells.shift_y[k]
                     if distance_2(dx, dy) < reach * reach:
-                        found.append((other, float(dx), float(dy)))
+                        found.append((other, float(dx), float(dy), 1))
         return found
 
     def _lines_to(self, agent: AgentParticle) -> Lines | None:

@@ -8,6 +8,8 @@ An agent near core agents of several clusters belongs to the first of them.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from apmethod.checks import finite_number, whole_number
@@ -15,9 +17,16 @@ from apmethod.compile import compiled, in_blocks, inlined
 from apmethod.perceive.cells import SortedCells, sort_into_cells
 from apmethod.perceive.domain import Domain, Open, distance_2
 
+if TYPE_CHECKING:
+    from apmethod.move.obstacles.collection import Obstacles
+
 
 def clusters(
-    positions: np.ndarray, radius: float, least: int, domain: Domain | None = None
+    positions: np.ndarray,
+    radius: float,
+    least: int,
+    domain: Domain | None = None,
+    obstacles: Obstacles | None = None,
 ) -> np.ndarray:
     """The cluster of each of any positions.
 
@@ -26,6 +35,7 @@ def clusters(
         radius: distance at which two agents are near, this distance included.
         least: how many agents, itself included, a core agent has within the radius.
         domain: distances are taken across its periodic sides.
+        obstacles: agents whose line of sight their walls cut are not near, at any distance.
 
     Returns:
         Numbers 0, 1, ... of the clusters, by the first of their core agents, and -1 for
@@ -37,7 +47,24 @@ def clusters(
     radius = finite_number("radius", radius, above=0.0)
     least = whole_number("least", least, least=1)
     positions = np.ascontiguousarray(positions, float).reshape(-1, 2)
-    return clusters_in(search(positions, radius, domain or Open()), len(positions), radius, least)
+    domain = domain or Open()
+    cells = search(positions, radius, domain)
+    if obstacles is not None:
+        return clusters_in_sight(positions, cells, radius, least, obstacles, domain)
+    return clusters_in(cells, len(positions), radius, least)
+
+
+def clusters_in_sight(
+    positions: np.ndarray, cells: SortedCells, radius: float, least: int, obstacles: Obstacles,
+    domain: Domain,
+) -> np.ndarray:  # fmt: skip
+    """`clusters` among obstacles, of positions sorted into cells."""
+    from apmethod.skills.cluster_walls import clusters_of, pairs_in_sight  # where there are some
+
+    pairs = pairs_in_sight(positions, cells, radius, obstacles, domain)
+    if pairs is None:
+        return clusters_in(cells, len(positions), radius, least)
+    return clusters_of(pairs, len(positions), least)
 
 
 def search(positions: np.ndarray, radius: float, domain: Domain) -> SortedCells:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.checks import finite_number, whole_number
-from apmethod.skills.cluster import centres_of, clusters_in, search
+from apmethod.skills.cluster import centres_of, clusters_in, clusters_in_sight, search
 from apmethod.skills.lineage import overlap
 from apmethod.skills.skill import Skill
 
@@ -70,7 +70,8 @@ class GroupEvent:
 class Groups(Skill):
     """Finds groups in each step, among the agents as they perceive each other.
 
-    A group is a cluster as DBSCAN finds it (see `apmethod.skills.cluster`).  It keeps its
+    A group is a cluster as DBSCAN finds it (see `apmethod.skills.cluster`); agents that a wall
+    separates are not near each other, unless contributions go through walls.  A group keeps its
     identity from one step to the next if each of the two has most of its members in common
     with the other; the column ``group`` tells each agent's, -1 for an agent that is alone.
 
@@ -154,7 +155,13 @@ class Groups(Skill):
     # -- how it is done ----------------------------------------------------------------
 
     def _labels(self) -> np.ndarray:
-        return clusters_in(self._cells(), len(self.model.particles), self.radius, self.least)
+        space, cells = self.model.space, self._cells()
+        if space.obstacles is not None and space.obstacles.contributions != "through":
+            return clusters_in_sight(
+                self.column("position"), cells, self.radius, self.least, space.obstacles,
+                space.domain,
+            )  # fmt: skip
+        return clusters_in(cells, len(self.model.particles), self.radius, self.least)
 
     def _cells(self) -> SortedCells:
         """The cells the agents have perceived by, where these fit the groups' radius."""

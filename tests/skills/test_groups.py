@@ -11,13 +11,16 @@ from apmethod import (
     Domain,
     Groups,
     Law,
+    Obstacles,
     Open,
     ParticleModel,
     Periodic,
+    Polyline,
     clusters,
     set_threads,
 )
 from apmethod.compile.threads import threads
+from obstacle_samples import by_brute_force, random_obstacles
 
 
 def dbscan(positions, radius, least, domain=None):
@@ -42,6 +45,44 @@ def test_groups_are_those_of_dbscan(count, radius, least, periodic, width, seed)
     domain = Periodic((0, 0), (1, 1)) if periodic else Open()
     expected = dbscan(positions, radius, least, domain)
     np.testing.assert_array_equal(clusters(positions, radius, least, domain), expected)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.03, 0.2), st.integers(1, 6), st.booleans())
+def test_walls_separate(seed, radius, least, periodic):
+    draw = np.random.default_rng(seed)
+    obstacles = Obstacles(random_obstacles(draw, moving=False))
+    positions = draw.random((200, 2))
+    positions = positions[~obstacles.occupied(positions)]
+    domain = Periodic((-0.1, -0.1), (1.1, 1.1)) if periodic else Open()
+    i, j = (part.ravel() for part in np.indices((len(positions),) * 2))
+    apart = positions[i] - positions[j]
+    if periodic:
+        apart -= 1.2 * np.round(apart / 1.2)
+    near = np.flatnonzero(np.hypot(*apart.T) <= radius)
+    cut = np.zeros(len(i), bool)
+    moves = [(x, y) for x in (-1.2, 0.0, 1.2) for y in (-1.2, 0.0, 1.2)] if periodic else [(0, 0)]
+    for move in moves:  # every line of sight, tried on every wall
+        begin = positions[i[near]] + move
+        cut[near] |= by_brute_force(obstacles, begin, begin - apart[near])[1] >= 0
+    far = np.where(cut & (i != j), 9.0, np.hypot(*apart.T)).reshape(len(positions), -1)
+    far = np.maximum(far, far.T)
+    search = DBSCAN(eps=radius, min_samples=least, metric="precomputed")
+    found = clusters(positions, radius, least, domain, obstacles)
+    np.testing.assert_array_equal(found, search.fit(far).labels_)
+
+
+@pytest.mark.parametrize(("contributions", "count"), [("mirrored", 2), ("through", 1)])
+def test_animals_on_both_sides_of_a_wall_are_two_groups(contributions, count):
+    draw = np.random.default_rng(1)
+    for core_radius in (0.4, 2.0):
+        fence = Obstacles([Polyline([(0.0, -9.0), (0.0, 9.0)])], contributions=contributions)
+        groups = Groups(0.3, 4)
+        model = ParticleModel(
+            Animal, core_radius=core_radius, skills=[groups], dt=1.0, obstacles=fence
+        )
+        Animal.create_agents(model, 60, position=0.2 * draw.normal(size=(60, 2)))
+        assert len(groups.find()) == count
 
 
 def test_an_agent_exactly_at_the_radius_is_near():

@@ -6,7 +6,8 @@ wall, and in several walls to the image of the image.  Each image is seen in a *
 cone from it through its wall, narrowed to what the walls before let through.  Lines of
 sight that walls return this way cover each direction around an agent up to the core radius
 exactly once, whatever the walls' shape, so that a constant field has complete sums beside
-any of them and diffusion has no flux through them.  Beside straight walls, in boxes and in
+any of them and diffusion has no flux through them.  Images in an odd number of walls that take
+mass have the opposite sign, so that u = 0 there.  Beside straight walls, in boxes and in
 wedges of pi/n the images are those of the exact solution; around the outer corners of
 obstacles no images are, and these only complete the sums.
 """
@@ -25,9 +26,9 @@ MOST_REFLECTIONS = 4
 #: Images of one place; those in more walls are left out first.
 MOST_BEAMS = 512
 
-#: What a wall does to lines: cut them; reflect them, too; or reflect only, as the mirrored
-#: sides of a domain do, beyond which nobody is.
-CUTS, REFLECTS, SIDE = range(3)
+#: What a wall does to lines: cut them; reflect them, too; reflect only, as the mirrored sides
+#: of a domain do, beyond which nobody is; or cut them and reflect them with opposite sign.
+CUTS, REFLECTS, SIDE, NEGATES = range(4)
 
 
 class Beams(NamedTuple):
@@ -40,6 +41,7 @@ class Beams(NamedTuple):
     wall: np.ndarray  #: (beams,) the wall that it is the last image in, -1 for the place
     parent: np.ndarray  #: (beams,) what it is the image of
     depth: np.ndarray  #: (beams,) how many walls reflect it
+    sign: np.ndarray  #: (beams,) -1 after an odd number of walls that absorb, else 1
 
 
 @inlined
@@ -49,6 +51,7 @@ def empty_beams():
     return Beams(
         np.empty((most, 2)), np.empty((most, 4)), np.empty((most, 2)), np.empty((most, 2)),
         np.empty(most, np.int32), np.empty(most, np.int32), np.empty(most, np.int32),
+        np.empty(most, np.int8),
     )  # fmt: skip
 
 
@@ -224,7 +227,7 @@ def find_beams(beams, x, y, walls, kind, count, radius, clearance):
     """Find the images of (x, y) in ``count`` walls, and images of those; how many there are."""
     beams.place[0, 0], beams.place[0, 1] = x, y
     beams.turn[0, 0], beams.turn[0, 1], beams.turn[0, 2], beams.turn[0, 3] = 1.0, 0.0, 0.0, 1.0
-    beams.wall[0], beams.parent[0], beams.depth[0] = -1, -1, 0
+    beams.wall[0], beams.parent[0], beams.depth[0], beams.sign[0] = -1, -1, 0, 1
     found, beam = 1, 0
     while beam < found:
         if beams.depth[beam] < MOST_REFLECTIONS:
@@ -239,6 +242,9 @@ def find_beams(beams, x, y, walls, kind, count, radius, clearance):
                     continue
                 if not hidden(beams, beam, walls, kind, count, wall, low, high, clearance):
                     reflect_in(beams, beam, found, walls, wall, low, high)
+                    beams.sign[found] = (
+                        -beams.sign[beam] if kind[wall] == NEGATES else beams.sign[beam]
+                    )
                     found += 1
         beam += 1
     return found

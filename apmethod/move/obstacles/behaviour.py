@@ -10,7 +10,7 @@ bounce      mirrored, as light is (specular)
 slide       along the wall
 stick       the agent stays where it has touched the wall, and goes where the wall goes,
             until the obstacle is taken away
-absorb      the agent disappears, and is counted
+absorb      the agent disappears, and is counted; walls may take mass besides (`Obstacles`)
 ==========  ==========================================================================
 """
 

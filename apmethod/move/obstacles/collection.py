@@ -20,6 +20,8 @@ from apmethod.perceive.domain import Domain
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
 
+#: What walls that absorb take.
+ABSORBING = ("agents", "mass")
 #: What agents feel of each other where walls are.
 CONTRIBUTIONS = ("mirrored", "blocked", "through")
 
@@ -31,9 +33,15 @@ class Obstacles(Questions):
         obstacles: polygons and thin walls.
         contributions: what agents feel of each other where walls are.  "mirrored": nothing
             through them, and what they mirror besides, so that sums are complete beside them
-            and diffusion has no flux into them; walls that absorb mirror nothing.
+            and diffusion has no flux into them; for walls that absorb see ``absorbing``.
             "blocked": nothing through them.  "through": walls stop displacements only.  A
             mirror image has its agent's columns as they are (a vector is not reflected).
+        absorbing: what walls that absorb take.  "agents": those that run into them, and they
+            mirror nothing; diffusion that way has u = 0 at the wall to some per cent.  "mass":
+            besides that, the mass of agents beside them as diffusion has it, with contributions
+            "mirrored" with the opposite sign, so that u = 0 at the wall to the accuracy of the
+            scheme (see `apmethod.move.obstacles.absorption`); then few agents run into them.
+            None is "mass" in a `FieldModel`, whose agents carry a field, else "agents".
         squeezed: what to do about an agent that moving obstacles leave no place: "stop"
             fails the step and names it, "remove" takes it out and lists it in ``squeezed``.
         rule: how planes are chosen, one of ``RULES``.
@@ -48,6 +56,7 @@ class Obstacles(Questions):
         rebuilds: how often the tree has been built again: a domain has disappeared, or an
             obstacle has come or gone.
         absorbed: how many agents have been absorbed in all.
+        absorbed_mass: the mass that walls have taken, of these agents and of others.
         squeezed: (time, agent's id, place, obstacle) of each agent that was removed.
     """
 
@@ -56,6 +65,7 @@ class Obstacles(Questions):
         obstacles: Sequence[Obstacle],
         *,
         contributions: str = "mirrored",
+        absorbing: str | None = None,
         squeezed: str = "stop",
         rule: str = "surface_area",
         threshold: float = Rules().threshold,
@@ -63,14 +73,19 @@ class Obstacles(Questions):
     ):
         for name, chosen, known in (
             ("contributions", contributions, CONTRIBUTIONS),
+            ("absorbing", absorbing or "agents", ABSORBING),
             ("squeezed", squeezed, ("stop", "remove")),
             ("rule", rule, RULES),
         ):
             if chosen not in known:
                 raise ValueError(f"{name} is {chosen!r}; it must be one of {', '.join(known)}")
         self.contributions = contributions
+        self.absorbing = absorbing
         self.on_squeezed = squeezed
         self.absorbed = 0
+        self.absorbed_mass = 0.0
+        #: Mass that walls have taken of agents beside them in this step.
+        self.taken_mass = 0.0
         self.squeezed: list[tuple[float, int, tuple[float, float], Obstacle]] = []
         self._particles: Particles | None = None
         rules = Rules(
@@ -229,13 +244,21 @@ class Obstacles(Questions):
         absorbed = self._taken(self._particles.array("_fate") > FREE, lambda fate: fate)
         for agent, obstacle in squeezed:
             self.squeezed.append((time, agent.unique_id, tuple(agent.position.tolist()), obstacle))
-        for _, obstacle in absorbed:
+        for agent, obstacle in absorbed:
             obstacle.absorbed += 1
+            self.absorbed_mass += agent.mass
         self.absorbed += len(absorbed)
+        self.absorbed_mass += self.taken_mass
         for agent, _ in absorbed + squeezed:
             agent.remove()
         self._stand()
         self.time = time
+
+    @property
+    def takes_mass(self) -> bool:
+        """Whether walls take mass of agents beside them."""
+        walls = any(obstacle.behaviour == "absorb" for obstacle in self._obstacles)
+        return walls and self.absorbing == "mass" and self.contributions == "mirrored"
 
     @property
     def skipped(self) -> float:
@@ -245,7 +268,7 @@ class Obstacles(Questions):
 
     def diagnostics(self) -> dict[str, float]:
         """Numbers for one row of a series."""
-        return {"absorbed": self.absorbed}
+        return {"absorbed": self.absorbed, "absorbed_mass": self.absorbed_mass}
 
 
 def collected(obstacles: Obstacles | Sequence[Obstacle]) -> Obstacles:

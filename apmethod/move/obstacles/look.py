@@ -26,7 +26,7 @@ CHUNK = 32
 @compiled
 def look_around(
     first, last, room, points, own, low, high, x, y, shift_x, shift_y, image, radius, tree, walls,
-    kinds, shifts, limits, mirrored, clearance, begin, end, other, dx, dy, straight, taken,
+    kinds, shifts, limits, mirrored, clearance, begin, end, other, dx, dy, image_sign, taken,
 ):  # fmt: skip
     """List whom the places of each chunk see; what there is no room for is only counted."""
     waiting, tried = np.empty(len(tree.axis), np.int32), np.full(len(walls.turn), -1, np.int64)
@@ -63,7 +63,7 @@ def look_around(
                         near, kind, facing, here_x, here_y, there_x, there_y, clearance
                     ):
                         if at < full:
-                            other[at], straight[at] = j, True
+                            other[at], image_sign[at] = j, 0
                             dx[at], dy[at] = apart_x, apart_y
                         at += 1
                     for beam in range(1, images):
@@ -76,7 +76,7 @@ def look_around(
                             continue
                         if seen_in(beams, beam, near, kind, count, there_x, there_y, clearance):
                             if at < full:
-                                other[at], straight[at] = j, False
+                                other[at], image_sign[at] = j, beams.sign[beam]
                                 dx[at], dy[at] = apart_x, apart_y
                             at += 1
             end[k] = at

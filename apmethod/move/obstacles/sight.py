@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from apmethod.compile import in_blocks
-from apmethod.move.obstacles.beams import CUTS, REFLECTS
+from apmethod.move.obstacles.beams import CUTS, NEGATES, REFLECTS
 from apmethod.move.obstacles.behaviour import ABSORB
 from apmethod.move.obstacles.look import CHUNK, look_around
 from apmethod.perceive.cells import SortedCells
@@ -29,11 +29,11 @@ class Lines(NamedTuple):
 
     Attributes:
         straight: rows of the agents that it sees directly.
-        mirrored: (row, dx, dy) of each image, the displacement from it to the agent.
+        mirrored: (row, dx, dy, sign) of each image, the displacement from it to the agent.
     """
 
     straight: set[int]
-    mirrored: list[tuple[int, float, float]]
+    mirrored: list[tuple[int, float, float, int]]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ class Sights:
         begin, end: (places,) where the list of each is in the arrays below.
         other: entries of the sorted cells that are seen.
         dx, dy: from them to the place, as the line of sight goes.
-        straight: whether it is a straight line.
+        sign: 0 of a straight line; of an image 1, or -1 where an odd number of the walls that
+            it is seen in absorb.
     """
 
     place: np.ndarray
@@ -54,7 +55,7 @@ class Sights:
     other: np.ndarray
     dx: np.ndarray
     dy: np.ndarray
-    straight: np.ndarray
+    sign: np.ndarray
 
     def lines(self, row: np.ndarray) -> dict[int, Lines]:
         """The lists of agents by their rows, of which ``row`` has that of each entry."""
@@ -62,11 +63,11 @@ class Sights:
         lists = zip(row[self.place].tolist(), self.begin, self.end, strict=True)
         for me, begin, end in lists:
             chosen = slice(begin, end)
-            rows, direct = row[self.other[chosen]].tolist(), self.straight[chosen].tolist()
-            entries = zip(rows, self.dx[chosen].tolist(), self.dy[chosen].tolist(), strict=True)
+            parts = row[self.other[chosen]], self.dx[chosen], self.dy[chosen], self.sign[chosen]
+            entries = list(zip(*(part.tolist() for part in parts), strict=True))
             found[me] = Lines(
-                {r for r, is_direct in zip(rows, direct, strict=True) if is_direct},
-                [entry for entry, is_direct in zip(entries, direct, strict=True) if not is_direct],
+                {row for row, _, _, sign in entries if sign == 0},
+                [entry for entry in entries if entry[3] != 0],
             )
         return found
 
@@ -80,7 +81,7 @@ class Sights:
         places += np.arange(len(places))
         seen = np.repeat(row[self.place], lengths) * count + row[self.other[places]]
         both = pairs[:, 0] * count + pairs[:, 1]
-        return ~looks[pairs[:, 0]] | np.isin(both, seen[self.straight[places]])
+        return ~looks[pairs[:, 0]] | np.isin(both, seen[self.sign[places] == 0])
 
 
 def sights_of(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> Sights | None:
@@ -118,14 +119,22 @@ def _entries(cells: SortedCells, entry: np.ndarray) -> np.ndarray:
     return np.column_stack([cells.x[entry], cells.y[entry]])
 
 
-def _shifts(domain: Domain) -> np.ndarray:
+def kinds_of(obstacles: Obstacles) -> np.ndarray:
+    """What each obstacle's walls do to lines of sight."""
+    if obstacles.contributions == "blocked":
+        return np.full(len(obstacles), CUTS, np.int8)
+    absorbing = NEGATES if obstacles.absorbing == "mass" else CUTS
+    return np.where(obstacles.bodies.code == ABSORB, absorbing, REFLECTS).astype(np.int8)
+
+
+def shifts_of(domain: Domain) -> np.ndarray:
     """Where walls are seen besides where they are: across periodic sides."""
     along = [(0.0, period, -period) if period else (0.0,) for period in domain.periods]
     return np.array([(x, y) for x in along[0] for y in along[1]])
 
 
 def _near(obstacles: Obstacles, points: np.ndarray, reach: float, domain: Domain) -> np.ndarray:
-    shifted = [obstacles.near(points - shift, reach) for shift in _shifts(domain)]
+    shifted = [obstacles.near(points - shift, reach) for shift in shifts_of(domain)]
     return np.logical_or.reduce(shifted)
 
 
@@ -137,9 +146,6 @@ def _look(
     count = len(place)
     if not count:
         return None
-    kinds = np.where(obstacles.bodies.code == ABSORB, CUTS, REFLECTS).astype(np.int8)
-    if obstacles.contributions == "blocked":
-        kinds[:] = CUTS
     limits = np.array([domain.lower, domain.upper])
     mirrored = np.array([kind == MIRRORED for kind in domain.kinds])
     chunks = -(-count // CHUNK)
@@ -147,15 +153,15 @@ def _look(
     begin, end = np.empty(count, np.int64), np.empty(count, np.int64)
     while True:
         # Memory that nobody writes to is never taken.
-        other, straight = np.empty(chunks * room, np.int32), np.empty(chunks * room, np.bool_)
+        other, sign = np.empty(chunks * room, np.int32), np.empty(chunks * room, np.int8)
         dx, dy = np.empty(chunks * room), np.empty(chunks * room)
         taken = np.empty(chunks, np.int64)
         in_blocks(
             look_around, chunks, room, points, own, low, high, cells.x, cells.y, cells.shift_x,
-            cells.shift_y, cells.image, cells.core_radius, obstacles.tree, obstacles.walls, kinds,
-            _shifts(domain), limits, mirrored, obstacles.clearance, begin, end, other, dx, dy,
-            straight, taken, least=12,
+            cells.shift_y, cells.image, cells.core_radius, obstacles.tree, obstacles.walls,
+            kinds_of(obstacles), shifts_of(domain), limits, mirrored, obstacles.clearance, begin,
+            end, other, dx, dy, sign, taken, least=12,
         )  # fmt: skip
         if taken.max() <= room:
-            return Sights(place, begin, end, other, dx, dy, straight)
+            return Sights(place, begin, end, other, dx, dy, sign)
         room = int(taken.max())
