@@ -142,11 +142,8 @@ class Obstacles(Questions):
         if not self._moving:
             return
         self._place_movers(time + dt, dt)
-        moved = self.moved_tree()
-        if moved is None:
-            self._build()
-        else:
-            self.tree = moved
+        self.tree, parts = self.moved_tree()
+        self.rebuilds += parts > 0
 
     def carry(self, rows: np.ndarray, velocity: str, *, trial: bool, in_python: bool) -> None:
         """Carry agents from where the step began to where they want to be, as walls allow.
