@@ -35,8 +35,8 @@ class Layout:
         bodies: what the obstacles do.
         tree: the kd-tree-domains' arrays.
         clearance: how far in front of walls agents are kept, a length.
-        rebuilds: how often the tree has been built again: a domain has disappeared, or an
-            obstacle has come or gone.
+        rebuilds: in how many steps a domain has disappeared, so that its part of the tree was
+            built again, and how often an obstacle has come or gone.
         time: at which the obstacles stand where they do.
     """
 

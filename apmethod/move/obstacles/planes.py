@@ -4,8 +4,9 @@ A plane of the tree touches the bounds of a wall, its owner.  When the owner mov
 plane goes along, and with it the limits of the domains on both of its sides.  Walls are
 listed anew in the domains whose limits have changed, and moving walls where they are now.
 
-Only when a plane has to pass another one does a domain disappear.  Then the smallest domain
-that holds both planes is built again from the walls that are in it now, and no other.
+Only when a plane has to pass another one does a domain disappear.  Then the domain that the
+one of them cuts is built again from the walls that are in it now, and no other.  A leaf in
+which walls gather, as planes leave them behind, is cut further.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ import numpy as np
 
 from apmethod.move.obstacles.borrowing import borrowing
 from apmethod.move.obstacles.tree import LEAF, Rules, Tree, cut_leaves, touches
+
+#: A leaf is cut further if it has so many times as many walls as when it was made, and more.
+_CROWDED, _FEW = 2, 8
 
 
 def follow(
@@ -43,12 +47,16 @@ def follow(
     broken = _move(tree, bounds, moving, rules.least, axis, plane, limits, changed, stays)
     moved = tree._replace(plane=plane, limits=limits)
     number = np.arange(len(axis), dtype=np.int32)
+    torn = number[:0]
     if broken:
         number = np.where(stays, np.cumsum(stays, dtype=np.int32) - 1, -1)
-        leaves = number[(axis != tree.axis) & stays]
+        torn = number[(axis != tree.axis) & stays]
         moved, changed = _without(moved._replace(axis=axis), number), changed[stays]
     moved = _listed(tree, moved, walls, bounds, whole, moving, number, changed)
-    if broken:
+    crowded = moved.last - moved.first > _CROWDED * moved.had + _FEW
+    crowded[torn] = True
+    if crowded.any():
+        leaves = np.flatnonzero(crowded)
         moved = cut_leaves(moved, leaves, walls, bounds, whole, root(), rules)
     return moved, broken
 

@@ -41,6 +41,7 @@ class Tree(NamedTuple):
     owner_side: np.ndarray  #: (domains,) which of its four bounds
     first: np.ndarray  #: (domains,) a leaf's walls are listed[first:last]
     last: np.ndarray
+    had: np.ndarray  #: (domains,) how many walls a leaf had when it was made
     listed: np.ndarray
 
 
@@ -192,7 +193,7 @@ def cut(tree, domains, listed, left, walls, bounds, whole, root, rules, lists, w
         )
         tree.axis[domain], tree.plane[domain] = axis, plane
         tree.owner[domain], tree.owner_side[domain] = owner, side
-        tree.first[domain], tree.last[domain] = listed, listed
+        tree.first[domain], tree.last[domain], tree.had[domain] = listed, listed, count
         tree.sons[domain, 0], tree.sons[domain, 1] = -1, -1
         if axis == LEAF:
             if listed + count > len(tree.listed):
@@ -309,6 +310,7 @@ def leaves_of(walls: Sequence[np.ndarray]) -> Tree:
         owner_side=np.zeros(count, np.int8),
         first=last[:-1],
         last=last[1:],
+        had=np.diff(last),
         listed=np.concatenate([np.empty(0, np.int32), *walls]).astype(np.int32),
     )
 
