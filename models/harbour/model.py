@@ -56,7 +56,8 @@ class Harbour(ParticleModel):
         spread = 30.0
         super().__init__(
             Oil,
-            core_radius=0.5 * spread * KERNELS["cubic"].support,
+            core_radius=0.5 * spread * KERNELS["gaussian"].support,
+            kernel="gaussian",
             domain=Bounded((0.0, 0.0), (1000.0, 700.0)),
             laws=[Diffusion(diffusivity, "blob"), Flow(ebb, "ebb")],
             integrator="midpoint",

@@ -12,6 +12,7 @@ from apmethod.compile import in_blocks, plain
 from apmethod.errors import StepFailed
 from apmethod.move.obstacles.carry import BEHAVE, FREE, STOP
 from apmethod.move.obstacles.questions import Questions
+from apmethod.move.obstacles.rays import RAYS_A_BLOCK
 from apmethod.move.obstacles.shapes import Obstacle
 from apmethod.move.obstacles.tree import RULES, Rules
 from apmethod.particles import Column, Particles
@@ -174,7 +175,7 @@ class Obstacles(Questions):
         if in_python:
             plain(run)(0, len(rows), *arguments)
         else:
-            in_blocks(run, len(rows), *arguments)
+            in_blocks(run, len(rows), *arguments, least=RAYS_A_BLOCK)
 
     def put(self, agent: AgentParticle, x: float, y: float) -> tuple[float, float]:
         """Where an agent ends that is assigned (x, y): see `apmethod.agent.Position`.

@@ -22,6 +22,9 @@ OWN = -2
 #: Turn of walls that never move.
 STILL = 2**30
 
+#: Rays that are worth a thread of their own.
+RAYS_A_BLOCK = 5000
+
 
 class Walls(NamedTuple):
     """The obstacles' sides, by number."""
