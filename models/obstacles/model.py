@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from apmethod import KERNELS, Bounded, Diffusion, Obstacles, ParticleModel, sample, square
+from apmethod import (
+    KERNELS,
+    Bounded,
+    Diffusion,
+    FollowDensity,
+    Obstacles,
+    ParticleModel,
+    sample,
+    square,
+)
 
 from .agents import Spreading
 
@@ -68,6 +77,7 @@ class DiffusionAmongObstacles(ParticleModel):
         super().__init__(
             Spreading,
             core_radius=1.4 * spacing * KERNELS["gaussian"].support,
+            radius_rule=FollowDensity(),
             kernel="gaussian",
             domain=Bounded((0.0, 0.0), (1.0, 1.0)),
             laws=[Diffusion(diffusivity, form)],

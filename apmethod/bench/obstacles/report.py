@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import Any
 
 from apmethod.bench.plots import groups, label, line, panels, save
-from apmethod.bench.tables import Table, ms
+from apmethod.bench.tables import Table, digits, ms
 
 _PEERS = ("shapely_minimum_seconds", "embree_minimum_seconds")
 
 _HITS = (
-    "ms: least and median of all runs.  10^6/s: million rays a second, and x: how much faster "
-    "ours by surface area is, both from the least.  untested: rays that tried no wall."
+    "ms: least and median of all runs.  10^3/s: thousand rays a second, and x: how much faster "
+    "ours by surface area is, both from the least.  no test: rays that tried no wall."
 )
 _MOVING = (
-    "follow: planes go along with walls, least and mean of all steps.  new tree: built anew, as "
-    "the peers must.  share: of the means.  broken: steps in which a domain disappeared."
+    "follow: planes go along with walls, least and mean of all steps.  anew: a new tree, as "
+    "peers must.  share: of the means.  broken: steps in which a domain disappeared."
 )
 
 
@@ -31,7 +31,7 @@ def tables(results: dict[str, Any]) -> list[Table]:
 
 
 def _hits(title: str, rows: list[dict[str, Any]]) -> Table:
-    head = ("walls", "contender", "rays", "ms", "median", "10^6/s", "x", "untested")
+    head = ("walls", "contender", "rays", "ms", "median", "10^3/s", "x", "no test")
     cells = [
         (
             row["walls"],
@@ -39,8 +39,8 @@ def _hits(title: str, rows: list[dict[str, Any]]) -> Table:
             row["given"],
             ms(row["minimum_seconds"]),
             ms(row["median_seconds"]),
-            f"{1e-6 * row['rays_per_second']:.3g}",
-            f"{row['times_ours']:.3g}",
+            digits(1e-3 * row["rays_per_second"]),
+            digits(row["times_ours"]),
             "-" if row["skipped"] is None else f"{row['skipped']:.1%}",
         )
         for row in rows
@@ -49,7 +49,7 @@ def _hits(title: str, rows: list[dict[str, Any]]) -> Table:
 
 
 def _moving(rows: list[dict[str, Any]]) -> Table:
-    head = ("walls", "moving", "follow", "mean", "new tree", "share", "broken", "shapely", "Embree")
+    head = ("walls", "moving", "follow", "mean", "anew", "share", "broken", "shapely", "Embree")
     cells = [
         (
             row["walls"],

@@ -29,7 +29,7 @@ SIZES = (104, 1000, 8000, 100_000)
 RAYS = 100_000
 #: A contender that would take longer than so many seconds for all rays is given fewer.
 _LONGEST = 0.5
-_FEWEST = 1000
+_FEWEST = 300
 
 
 def study(
@@ -121,6 +121,7 @@ def _at_size(
 
 def _affordable(finder: Finder, starts: np.ndarray, ends: np.ndarray) -> int:
     """How many of the rays a contender is given, so that it does not take too long."""
+    finder(starts[:1], ends[:1])  # some build at the first ray
     fewest = min(_FEWEST, len(starts))
     seconds = stopwatch(lambda: finder(starts[:fewest], ends[:fewest]))
     return int(np.clip(fewest * _LONGEST / seconds, fewest, len(starts)))
