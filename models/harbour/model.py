@@ -49,7 +49,7 @@ class Harbour(ParticleModel):
         particles: int = 1500,
         diffusivity: float = 2.0,
         behaviour: str = "slide",
-        dt: float | None = 10.0,
+        dt: float | None = None,
         tier: str = "compiled",
         rng: int | None = None,
     ):
