@@ -24,6 +24,7 @@ _HOMES = {
     "apmethod.move.diffusion": ("FORMS", "Diffusion"),
     "apmethod.move.integrate": ("INTEGRATORS", "Integrator"),
     "apmethod.move.law": ("Flow", "Law", "Now"),
+    "apmethod.move.obstacles.behaviour": ("BEHAVIOURS",),
     "apmethod.move.obstacles.collection": ("Obstacles",),
     "apmethod.move.obstacles.questions": ("KdDomain",),
     "apmethod.move.obstacles.shapes": (

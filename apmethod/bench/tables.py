@@ -25,7 +25,12 @@ def show(results: dict[str, Any], tables: Sequence[Table], files: dict[str, str]
 
 def ms(seconds: float) -> str:
     """Milliseconds to three digits."""
-    return f"{1e3 * seconds:.3g}"
+    return digits(1e3 * seconds)
+
+
+def digits(number: float) -> str:
+    """A number to three digits, a large one to its last before the point."""
+    return f"{number:.0f}" if abs(number) >= 999.5 else f"{number:.3g}"
 
 
 def times(ratio: float | None) -> str:

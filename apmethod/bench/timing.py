@@ -56,7 +56,9 @@ def alternate(
     before: Callable[[], None] = lambda: None,
     after: Callable[[], None] = lambda: None,
 ) -> dict[str, Times]:
-    """Let each contender run once a round, in turn.
+    """Let each contender run once a round, in turn, there and back.
+
+    What runs just before leaves its data in the caches: every second round goes backwards.
 
     Args:
         contenders: what to run by name; each gives back the seconds it took.
@@ -67,13 +69,13 @@ def alternate(
         after: called after each round, untimed.
     """
     seconds: dict[str, list[float]] = {name: [] for name in contenders}
-    for _ in range(rounds):
+    for number in range(rounds):
         before()
-        for name, contender in contenders.items():
+        for name in list(contenders)[:: -1 if number % 2 else 1]:
             sleep(_PAUSE)
             for _ in range(warm):
-                contender()
-            seconds[name].append(contender())
+                contenders[name]()
+            seconds[name].append(contenders[name]())
         after()
     return {name: Times(tuple(values)) for name, values in seconds.items()}
 

@@ -1,266 +1,107 @@
 """The browser page of a scene: Mesa's SolaraViz with views drawn from the agents' columns.
 
-A view is a Solara component that takes the model and is drawn anew after each step.  The
-views here read whole columns: an agent costs a dot, and no call of Python.  They need the
-packages of ``apmethod[browser]``.
+It needs the packages of ``apmethod[browser]``.  A page is one call in the scene's ``app.py``:
+
+    page = browser.page(__file__, "Harbour", particles=browser.slider("Agents", 200, 5000, 200))
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
 import solara
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
-from mesa.visualization import SolaraViz
+from mesa.visualization import Slider, SolaraViz
 from mesa.visualization.solara_viz import split_model_params
-from mesa.visualization.utils import update_counter
 
-from apmethod.field.model import FieldModel
-from apmethod.skills.signal import SignalField
-from apmethod.view.animals import draw_animals, draw_signal
+from apmethod.run.scenes import load_scene
+from apmethod.view.views import default_views
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from apmethod.model import ParticleModel
+    from apmethod.view.views import View
 
-    View = Callable[[ParticleModel], solara.Element]
 
-#: Equal columns, so that numbers stay in their places when they change.
-_GRID = {
-    "display": "grid",
-    "gap": "8px",
-    "grid-template-columns": "repeat(auto-fill, minmax(90px, 1fr))",
-}
+class Input(NamedTuple):
+    """An input of the page for a setting of the scene, whose default it opens with."""
+
+    opened_at: Callable[[Any], Any]  #: Mesa's input that opens with a value
+
+
+def slider(label: str, least: float, most: float, step: float) -> Input:
+    """A slider for a number; it is whole if the scene's default and all three are."""
+    return Input(lambda value: Slider(label, value, least, most, step))
+
+
+def choice(label: str, values: Iterable[str]) -> Input:
+    """A choice of one of a few values."""
+    return Input(
+        lambda value: {"type": "Select", "label": label, "value": value, "values": list(values)}
+    )
 
 
 def page(
-    model_class: type[ParticleModel],
-    model_params: Mapping[str, Any],
+    scene: type[ParticleModel] | str | Path,
+    name: str | None = None,
+    /,
     *,
     views: Sequence[View] | None = None,
-    name: str | None = None,
+    colour: str | None = None,
     play_interval: int = 50,
+    **settings: Any,
 ) -> solara.Element:
     """The page of a scene, for an app to assign to ``page``.
 
-    Everyone who opens the page gets a model of their own.
+    Everyone who opens the page gets a model of their own.  It is built when the page opens and
+    on Reset.
 
     Args:
-        model_class: class of the scene's model.
-        model_params: arguments for it, fixed ones and Mesa's user inputs; with "rng", or
-            each model is another one.  A model is built from them when the page opens
-            and on Reset.
-        views: what to show; by default what `default_views` gives.
+        scene: class of the scene's model, or what `load_scene` takes: an app's ``__file__``.
         name: title, by default the name of the class.
+        views: what to show; by default what `default_views` gives.
+        colour: column to colour agents by in those.
         play_interval: pause between two steps while playing, in milliseconds.
+        settings: arguments of the model: values, `slider`, `choice`, or inputs of Mesa's.
+            Without "rng" there is a slider for the seed, from 0 to 100.
     """
-    shown = list(views or default_views(model_class))
+    model_class = scene if isinstance(scene, type) else load_scene(scene)
+    inputs = {"rng": Slider("Seed", 1, 0, 100, 1)} | {
+        setting: value.opened_at(signature(model_class).parameters[setting].default)
+        if isinstance(value, Input)
+        else value
+        for setting, value in settings.items()
+    }
+    return ScenePage(
+        model_class=model_class,
+        model_params=inputs,
+        views=views,
+        colour=colour,
+        name=name or model_class.__name__,
+        play_interval=play_interval,
+    )
 
-    @solara.component
-    def ScenePage():
-        model = solara.use_memo(lambda: model_class(**_as_opened(model_params)), [])
-        SolaraViz(
-            model,
-            components=shown,
-            model_params=dict(model_params),
-            name=name or model_class.__name__,
-            play_interval=play_interval,
-        )
 
-    return ScenePage()
+@solara.component
+def ScenePage(model_class, model_params, views, colour, name, play_interval):
+    """Mesa's page with a model of its own."""
+
+    def begin():
+        model = model_class(**_as_opened(model_params))
+        return model, list(views or default_views(model, colour))
+
+    model, shown = solara.use_memo(begin, [])
+    SolaraViz(
+        model,
+        components=shown,
+        model_params=dict(model_params),
+        name=name,
+        play_interval=play_interval,
+    )
 
 
 def _as_opened(model_params: Mapping[str, Any]) -> dict[str, Any]:
     """The model's arguments as the inputs stand when the page opens."""
     inputs, fixed = split_model_params(model_params)
     return fixed | {name: options.get("value") for name, options in inputs.items()}
-
-
-# -- views -----------------------------------------------------------------------------
-
-
-def default_views(model_class: type[ParticleModel]) -> list[View]:
-    """The agents, the field of a `FieldModel`, and the diagnostics."""
-    if issubclass(model_class, FieldModel):
-        return [agents_view(), stacked(field_view(), diagnostics_view())]
-    return [agents_view(), diagnostics_view()]
-
-
-def agents_view(column: str = "mass") -> View:
-    """A view of the agents where they are, coloured by a column.
-
-    Args:
-        column: name of a column with one number an agent.
-    """
-
-    def draw(model: ParticleModel) -> Figure:
-        figure, (ax,), bar = _panels(f"agents, by {column}")
-        if model.obstacles is not None:
-            from apmethod.view.obstacles import draw_obstacles
-
-            draw_obstacles(ax, model.obstacles)
-        area = 20_000.0 / max(len(model.particles), 1)
-        dots = ax.scatter(
-            *model.particles.position.T,
-            c=getattr(model.particles, column),
-            s=np.clip(area, 0.5, 30.0),
-            linewidths=0,
-        )
-        x_min, x_max, y_min, y_max = _frame(model)
-        ax.set(xlim=(x_min, x_max), ylim=(y_min, y_max), aspect="equal")
-        figure.colorbar(dots, cax=bar, ticks=_few_ticks())
-        return figure
-
-    return figure_view(draw)
-
-
-def domains_view() -> View:
-    """A view of the obstacles and their kd-tree-domains (the paper's Figures 5 and 6)."""
-    from apmethod.view.obstacles import draw_domains, draw_obstacles
-
-    def draw(model: ParticleModel) -> Figure:
-        figure, (ax,), bar = _panels("kd-tree-domains; empty ones tinted")
-        bar.remove()
-        box = _frame(model)
-        draw_domains(ax, model.obstacles, box)
-        draw_obstacles(ax, model.obstacles)
-        ax.set(xlim=box[:2], ylim=box[2:], aspect="equal")
-        return figure
-
-    return figure_view(draw)
-
-
-def field_view() -> View:
-    """A view of a `FieldModel`'s field, beside the exact solution where it is known."""
-
-    def draw(model: FieldModel) -> Figure:
-        x, y = model.grid()
-        field = model.field(x, y)
-        exact = model.exact(x, y, model.elapsed)
-        fields = {"field": field} if exact is None else {"field": field, "exact": exact}
-        top = max(values.max() for values in fields.values())
-        figure, axes, bar = _panels(*fields)
-        for ax, values in zip(axes, fields.values(), strict=True):
-            image = ax.imshow(values, origin="lower", extent=model.box, vmin=0.0, vmax=top)
-        figure.colorbar(image, cax=bar, ticks=_few_ticks())
-        return figure
-
-    return figure_view(draw)
-
-
-def animals_view(column: str | None = None) -> View:
-    """A view of the agents with the outlines of their groups.
-
-    Args:
-        column: name of a column with one number an agent, to colour them by.
-    """
-
-    def draw(model: ParticleModel) -> Figure:
-        figure, (ax,), bar = _panels("agents" if column is None else f"agents, by {column}")
-        draw_animals(ax, model)
-        if column is None:
-            bar.set_axis_off()
-        else:
-            dots = ax.collections[0]
-            dots.set(array=getattr(model.particles, column), alpha=1.0)
-            figure.colorbar(dots, cax=bar, ticks=_few_ticks())
-        return figure
-
-    return figure_view(draw)
-
-
-def signal_view(number: int = 0) -> View:
-    """A view of a signal.
-
-    Args:
-        number: which of the scene's signals.
-    """
-
-    def draw(model: ParticleModel) -> Figure:
-        signal = [skill for skill in model.skills if isinstance(skill, SignalField)][number]
-        figure, (ax,), bar = _panels(signal.name)
-        figure.colorbar(draw_signal(ax, signal), cax=bar, ticks=_few_ticks())
-        return figure
-
-    return figure_view(draw)
-
-
-def figure_view(draw: Callable[[Any], Figure]) -> View:
-    """A view that shows a matplotlib figure.
-
-    Args:
-        draw: makes the figure of a model as it stands.  It must not use pyplot, which
-            keeps every figure and is not made for the threads that a page runs in.
-    """
-
-    @solara.component
-    def FigureView(model):
-        update_counter.get()  # draws again after each step
-        solara.FigureMatplotlib(draw(model), format="png")
-
-    return FigureView
-
-
-def diagnostics_view() -> View:
-    """A view of the model's diagnostics, and of its errors where the solution is known."""
-
-    @solara.component
-    def DiagnosticsView(model):
-        update_counter.get()
-        numbers = model.diagnostics() | getattr(model, "errors", dict)()
-        with solara.Div(style=_GRID):
-            for name, value in numbers.items():
-                with solara.Column(gap="0px"):
-                    solara.Text(name.replace("_", " "), style={"opacity": "0.6"})
-                    solara.Text(str(value) if isinstance(value, int) else f"{value:.4g}")
-
-    return DiagnosticsView
-
-
-def stacked(*views: View) -> View:
-    """Several views in one place of the page, one below the other."""
-
-    @solara.component
-    def Stacked(model):
-        solara.Column(children=[view(model) for view in views])
-
-    return Stacked
-
-
-# -- drawing ---------------------------------------------------------------------------
-
-
-def _panels(*titles: str) -> tuple[Figure, list[Axes], Axes]:
-    """A figure of square panels side by side, and a place for a colour bar beside them.
-
-    They are placed by hand, in inches: a layout engine draws everything twice.
-    """
-    side, left, bottom, top, gap, right = 3.6, 0.6, 0.4, 0.4, 0.2, 0.9
-    width = left + len(titles) * (side + gap) + right
-    height = bottom + side + top
-    figure = Figure(figsize=(width, height))
-
-    def place(x: float, wide: float) -> Axes:
-        return figure.add_axes((x / width, bottom / height, wide / width, side / height))
-
-    axes = [place(left + k * (side + gap), side) for k in range(len(titles))]
-    for ax, title in zip(axes, titles, strict=True):
-        ax.set_title(title)
-        ax.set(xticks=[], yticks=[])
-    axes[0].xaxis.set_major_locator(_few_ticks())
-    axes[0].yaxis.set_major_locator(_few_ticks())
-    return figure, axes, place(width - right, 0.15)
-
-
-def _few_ticks() -> MaxNLocator:
-    """Round numbers, and few of them: ticks take most of the time of a frame."""
-    return MaxNLocator(3, steps=[1, 2, 5, 10])
-
-
-def _frame(model: ParticleModel) -> tuple[float, float, float, float]:
-    """x_min, x_max, y_min, y_max to show: a field's box, or the domain."""
-    return getattr(model, "box", None) or model.space.bounds

@@ -1,28 +1,11 @@
-"""Harbour in the browser: ``solara run models/harbour/app.py``."""
+"""The harbour in the browser: ``solara run models/harbour/app.py``."""
 
-from pathlib import Path
-
-from mesa.visualization import Slider
-
-from apmethod import load_scene
+from apmethod import BEHAVIOURS
 from apmethod.view import browser
 
-views = [
-    browser.agents_view(),
-    browser.stacked(browser.domains_view(), browser.diagnostics_view()),
-]
-
-model_params = {
-    "rng": Slider("Seed", value=1, min=0, max=100, step=1),
-    "particles": Slider("Agents", value=1500, min=200, max=5000, step=200),
-    "behaviour": {
-        "type": "Select",
-        "label": "At a wall",
-        "value": "slide",
-        "values": ["repulse", "bounce", "slide", "stick", "absorb"],
-    },
-}
-
-Scene = load_scene(Path(__file__).parent)
-
-page = browser.page(Scene, model_params, views=views, name="Harbour")
+page = browser.page(
+    __file__,
+    "Harbour",
+    particles=browser.slider("Agents", 200, 5000, 100),
+    behaviour=browser.choice("At a wall", BEHAVIOURS),
+)

@@ -9,6 +9,7 @@ from apmethod import (
     Bounded,
     Diffusion,
     Flow,
+    FollowDensity,
     Obstacles,
     ParticleModel,
     from_geojson,
@@ -48,15 +49,18 @@ class Harbour(ParticleModel):
         particles: int = 1500,
         diffusivity: float = 2.0,
         behaviour: str = "slide",
-        dt: float | None = 10.0,
+        dt: float | None = None,
         tier: str = "compiled",
         rng: int | None = None,
     ):
         obstacles = Obstacles(from_geojson(MAP, behaviour=behaviour), squeezed="remove")
         spread = 30.0
+        spacing = spread * np.sqrt(4.0 * np.pi / particles)  # on average, by mass
         super().__init__(
             Oil,
-            core_radius=0.5 * spread * KERNELS["cubic"].support,
+            core_radius=2.2 * spacing * KERNELS["gaussian"].support,
+            radius_rule=FollowDensity(),
+            kernel="gaussian",
             domain=Bounded((0.0, 0.0), (1000.0, 700.0)),
             laws=[Diffusion(diffusivity, "blob"), Flow(ebb, "ebb")],
             integrator="midpoint",

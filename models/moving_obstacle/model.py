@@ -63,7 +63,8 @@ class MovingObstacle(ParticleModel):
         spacing = particles**-0.5
         super().__init__(
             Stirred,
-            core_radius=2.5 * spacing * KERNELS["cubic"].support,
+            core_radius=1.4 * spacing * KERNELS["gaussian"].support,
+            kernel="gaussian",
             domain=Bounded((0.0, 0.0), (1.0, 1.0)),
             laws=[Diffusion(diffusivity, "blob")],
             integrator="midpoint",

@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from apmethod import KERNELS, Bounded, Diffusion, Obstacles, ParticleModel, sample, square
+from apmethod import (
+    KERNELS,
+    Bounded,
+    Diffusion,
+    FollowDensity,
+    Obstacles,
+    ParticleModel,
+    sample,
+    square,
+)
 
 from .agents import Spreading
 
@@ -43,7 +52,6 @@ class DiffusionAmongObstacles(ParticleModel):
     """
 
     until = 6.0
-    margin = 0.5  # masses of neighbours differ by decades once the matter has mixed
     box = (0.0, 1.0, 0.0, 1.0)
 
     def __init__(
@@ -68,7 +76,9 @@ class DiffusionAmongObstacles(ParticleModel):
         )
         super().__init__(
             Spreading,
-            core_radius=2.5 * spacing * KERNELS["cubic"].support,
+            core_radius=1.4 * spacing * KERNELS["gaussian"].support,
+            radius_rule=FollowDensity(),
+            kernel="gaussian",
             domain=Bounded((0.0, 0.0), (1.0, 1.0)),
             laws=[Diffusion(diffusivity, form)],
             integrator=integrator,

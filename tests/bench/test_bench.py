@@ -216,7 +216,7 @@ def test_contenders_run_in_turn():
     ran = []
     contenders = {name: lambda name=name: ran.append(name) or 1.0 for name in "ab"}
     times = alternate(contenders, 3, before=lambda: ran.append("-"))
-    assert "".join(ran) == "-ab-ab-ab"
+    assert "".join(ran) == "-ab-ba-ab"
     assert times["a"].seconds == (1.0, 1.0, 1.0)
 
 

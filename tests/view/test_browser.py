@@ -24,6 +24,7 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 from apmethod import AgentParticle, FieldModel, ParticleModel, load_scene
 from apmethod.view import browser
+from apmethod.view.views import diagnostics_view, figure_view, stacked
 
 ROOT = Path(__file__).parents[2]
 ANIMALS = ("aggregation", "aggregation_perception", "group_strategies")
@@ -96,7 +97,7 @@ def test_step_moves_the_model_on_and_reset_brings_the_same_one_back(render, scen
 
 @pytest.mark.parametrize("scene", CHOICES)
 def test_every_choice_on_the_page_makes_a_sound_model(scene):
-    model_params = app_of(scene)["model_params"]
+    model_params = app_of(scene)["page"].kwargs["model_params"]
     largest = {name: p.max for name, p in model_params.items() if isinstance(p, Slider)}
     fixed = {"dt": model_params["dt"]} if "dt" in model_params else {}
     selects = {name: p["values"] for name, p in model_params.items() if isinstance(p, dict)}
@@ -109,7 +110,7 @@ def test_every_choice_on_the_page_makes_a_sound_model(scene):
 @pytest.mark.parametrize("scene", ANIMALS)
 @pytest.mark.parametrize("end", ["min", "max"])
 def test_animals_step_at_both_ends_of_every_slider(scene, end):
-    model_params = app_of(scene)["model_params"]
+    model_params = app_of(scene)["page"].kwargs["model_params"]
     sliders = {name: p for name, p in model_params.items() if isinstance(p, Slider)}
     model = load_scene(scene)(**{name: getattr(p, end) for name, p in sliders.items()})
     model.step()
@@ -118,12 +119,12 @@ def test_animals_step_at_both_ends_of_every_slider(scene, end):
 
 def test_an_app_finds_the_scene_of_its_own_folder(tmp_path):
     copied = shutil.copytree(ROOT / "models/diffusion", tmp_path / "diffusion_copied")
-    scene = runpy.run_path(str(copied / "app.py"))["DensityDiffusion"]
+    scene = runpy.run_path(str(copied / "app.py"))["page"].kwargs["model_class"]
     assert Path(sys.modules[scene.__module__].__file__).parent == copied
 
 
 def test_everyone_gets_a_model_of_their_own(render):
-    page = browser.page(load_scene("diffusion"), {"rng": 1, "particles": 100})
+    page = browser.page(load_scene("diffusion"), rng=1, particles=100)
     mine, yours = render(page), render(page)
     mine.click("Step")
     assert mine.number("step") == 1
@@ -132,10 +133,22 @@ def test_everyone_gets_a_model_of_their_own(render):
 
 def test_the_page_opens_as_its_inputs_stand(render):
     agents = Slider("Agents", value=300, min=100, max=500, step=100)
-    page = render(browser.page(load_scene("diffusion"), {"rng": 1, "particles": agents}))
+    page = render(browser.page("diffusion", rng=1, particles=agents))
     assert page.number("agents") == 300
     page.click("Reset")
     assert page.number("agents") == 300
+
+
+def test_inputs_open_with_the_defaults_of_the_scene():
+    page = browser.page(
+        "diffusion",
+        particles=browser.slider("Agents", 100, 5000, 100),
+        accuracy=browser.choice("Accuracy", ["paper", "conservative"]),
+    )
+    inputs = page.kwargs["model_params"]
+    assert inputs["particles"].value == 4000
+    assert inputs["accuracy"]["value"] == "conservative"
+    assert inputs["rng"].value == 1
 
 
 class Plain(ParticleModel):
@@ -147,7 +160,7 @@ class Plain(ParticleModel):
 
 
 def test_a_model_without_a_field_shows_its_agents(render):
-    page = render(browser.page(Plain, {"rng": 1}))
+    page = render(browser.page(Plain, rng=1))
     assert len(page.images()) == 1
     page.click("Step")
     assert page.number("time") == 0.5
@@ -160,7 +173,7 @@ class Short(Plain):
 
 
 def test_a_finished_model_can_only_be_reset(render):
-    page = render(browser.page(Short, {"rng": 1}))
+    page = render(browser.page(Short, rng=1))
     page.click("Step")
     assert page.button("▶").disabled
     assert page.button("Step").disabled
@@ -177,7 +190,7 @@ class Unsolved(FieldModel):
 
 
 def test_a_field_without_a_known_solution_is_shown_alone(render):
-    page = render(browser.page(Unsolved, {"rng": 1}))
+    page = render(browser.page(Unsolved, rng=1))
     assert len(page.images()) == 2
     assert "mass" in page.texts()
     assert "l2 error" not in page.texts()
@@ -190,8 +203,8 @@ def test_a_figure_is_drawn_once_a_step(render):
         drawn.append(model.steps)
         return Figure()
 
-    view = browser.stacked(browser.figure_view(draw), browser.diagnostics_view())
-    page = render(browser.page(Plain, {"rng": 1}, views=[view]))
+    view = stacked(figure_view(draw), diagnostics_view())
+    page = render(browser.page(Plain, rng=1, views=[view]))
     page.click("Step")
     page.click("Step")
     assert drawn == [0, 1, 2]

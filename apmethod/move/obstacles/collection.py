@@ -12,6 +12,7 @@ from apmethod.compile import in_blocks, plain
 from apmethod.errors import StepFailed
 from apmethod.move.obstacles.carry import BEHAVE, FREE, STOP
 from apmethod.move.obstacles.questions import Questions
+from apmethod.move.obstacles.rays import RAYS_A_BLOCK
 from apmethod.move.obstacles.shapes import Obstacle
 from apmethod.move.obstacles.tree import RULES, Rules
 from apmethod.particles import Column, Particles
@@ -53,8 +54,8 @@ class Obstacles(Questions):
     Attributes:
         tree: the kd-tree-domains' arrays.
         clearance: how far in front of walls agents are kept, a length.
-        rebuilds: how often the tree has been built again: a domain has disappeared, or an
-            obstacle has come or gone.
+        rebuilds: in how many steps a domain has disappeared, so that its part of the tree was
+            built again, and how often an obstacle has come or gone.
         absorbed: how many agents have been absorbed in all.
         absorbed_mass: the mass that walls have taken, of these agents and of others.
         squeezed: (time, agent's id, place, obstacle) of each agent that was removed.
@@ -157,11 +158,8 @@ class Obstacles(Questions):
         if not self._moving:
             return
         self._place_movers(time + dt, dt)
-        moved = self.moved_tree()
-        if moved is None:
-            self._build()
-        else:
-            self.tree = moved
+        self.tree, parts = self.moved_tree()
+        self.rebuilds += parts > 0
 
     def carry(self, rows: np.ndarray, velocity: str, *, trial: bool, in_python: bool) -> None:
         """Carry agents from where the step began to where they want to be, as walls allow.
@@ -192,7 +190,7 @@ class Obstacles(Questions):
         if in_python:
             plain(run)(0, len(rows), *arguments)
         else:
-            in_blocks(run, len(rows), *arguments)
+            in_blocks(run, len(rows), *arguments, least=RAYS_A_BLOCK)
 
     def put(self, agent: AgentParticle, x: float, y: float) -> tuple[float, float]:
         """Where an agent ends that is assigned (x, y): see `apmethod.agent.Position`.

@@ -8,25 +8,19 @@ import numpy as np
 
 from apmethod.move.obstacles.behaviour import BEHAVIOURS, OWN_FUNCTION
 from apmethod.move.obstacles.carry import Bodies, carry_all_with
-from apmethod.move.obstacles.moving import (
-    Movers,
-    homes_of,
-    movers_of,
-    placed,
-    poses_of,
-    sweep_all_with,
-    swept_bounds,
-)
+from apmethod.move.obstacles.moving import Movers, movers_of, place_all, sweep_all_with
 from apmethod.move.obstacles.planes import follow
 from apmethod.move.obstacles.rays import STILL, Walls
 from apmethod.move.obstacles.shapes import Obstacle
-from apmethod.move.obstacles.tree import Rules, Tree, build_tree
+from apmethod.move.obstacles.tree import Rules, Tree, build_tree, leaves_of
 from apmethod.perceive.domain import PERIODIC, Domain
 
 #: How far in front of walls agents are kept, as a share of the largest coordinate of one.
 CLEARANCE = 1e-9
 #: How far around a domain walls are listed in it, in clearances.
 _MARGIN = 4.0
+#: How wide a domain is at least, in clearances.
+_LEAST = 2.0
 
 
 class Layout:
@@ -41,8 +35,8 @@ class Layout:
         bodies: what the obstacles do.
         tree: the kd-tree-domains' arrays.
         clearance: how far in front of walls agents are kept, a length.
-        rebuilds: how often the tree has been built again: a domain has disappeared, or an
-            obstacle has come or gone.
+        rebuilds: in how many steps a domain has disappeared, so that its part of the tree was
+            built again, and how often an obstacle has come or gone.
         time: at which the obstacles stand where they do.
     """
 
@@ -110,10 +104,10 @@ class Layout:
             [np.minimum(first, second) - margin, np.maximum(first, second) + margin], axis=1
         )
         self._movers: Movers | None = None
-        self._homes = homes_of([np.arange(total)[self._slices[k]] for k in self._moving])
-        # Where moving obstacles stand, and where they go to in this step.
-        self._poses: dict[Obstacle, np.ndarray] = {}
-        self._next_poses: dict[Obstacle, np.ndarray] = {}
+        self._homes = leaves_of([np.arange(total)[self._slices[k]] for k in self._moving])
+        self._pivots = np.array([obstacles[k].pivot for k in self._moving])
+        # The poses in which they stand, and those to which they go in this step.
+        self._stand_at = self._go_to = np.empty((0, 3))
         self._place_movers(self.time, 0.0)
         self._stand()
         self._build()
@@ -139,33 +133,23 @@ class Layout:
 
     def _place_movers(self, time: float, dt: float) -> None:
         """Ends, bounds and drift of the moving obstacles for a step of dt up to a time."""
+        if not self._moving:
+            return
+        end = np.array([self._obstacles[number].pose(time) for number in self._moving])
+        begin = self._stand_at if dt > 0.0 else end
+        self._movers = movers_of(begin, end, self._moving, self._homes, self.bodies)
         margin = _MARGIN * self.clearance
-        poses = []
-        for number in self._moving:
-            obstacle, numbers = self._obstacles[number], self._slices[number]
-            end = np.array(obstacle.pose(time))
-            begin = self._poses.get(obstacle, end)
-            self._next_poses[obstacle] = end
-            pose = poses_of(obstacle.pivot, begin, end)
-            own = self.walls.ends[2, numbers]
-            ends = placed(own, pose)
-            self.walls.ends[:2, numbers] = ends[[0, -1]]
-            low_x, low_y, high_x, high_y = swept_bounds(ends, pose)
-            self._bounds[numbers] = (
-                low_x - margin, low_y - margin, high_x + margin, high_y + margin,
-            )  # fmt: skip
-            if dt > 0.0:
-                self.bodies.drift[number, :3] = (end - begin) / dt
-                self.bodies.drift[number, 3:] = pose[0, :2]
-            poses.append(pose)
-        if poses:
-            self._movers = movers_of(poses, self._moving, self._homes, self.bodies)
+        place_all(self._movers, begin, end, self._pivots, self.walls.ends, self._bounds, margin)
+        self._go_to = end
+        if dt > 0.0:
+            self.bodies.drift[self._moving, :3] = (end - begin) / dt
+            self.bodies.drift[self._moving, 3:] = self._movers.poses[:, 0, :2]
 
     def _stand(self) -> None:
         """Moving obstacles are where they were to go."""
         if self._moving:
             self.walls.ends[0] = self.walls.ends[1]
-            self._poses = dict(self._next_poses)
+            self._stand_at = self._go_to
 
     def _build(self) -> None:
         self.tree = self.new_tree()
@@ -173,22 +157,28 @@ class Layout:
 
     def new_tree(self) -> Tree:
         """A tree built for the walls as they stand and move in this step."""
-        root = np.array([0.0, 0.0, 1.0, 1.0])
-        if len(self._bounds):
-            low, high = self._bounds[:, :2].min(axis=0), self._bounds[:, 2:].max(axis=0)
-            # As much room again on each side, so that the outside is cut off, and is empty.
-            around, least = (high - low).max(), self.clearance
-            borders = np.concatenate([self._domain.lower, self._domain.upper])
-            root = np.concatenate([low - around, high + around])
-            root = np.where(np.isfinite(borders), borders, root)
-            root[:2], root[2:] = (
-                np.minimum(root[:2], low - least),
-                np.maximum(root[2:], high + least),
-            )
-        return build_tree(self.walls.ends[0], self._bounds, self._whole, root, self.rules)
+        walls, whole = self.walls.ends[0], self._whole
+        return build_tree(walls, self._bounds, whole, self._root(), self._rules())
 
-    def moved_tree(self) -> Tree | None:
-        """The tree with planes that have followed moving walls; None if a domain disappears."""
-        least = 2.0 * self.clearance
+    def moved_tree(self) -> tuple[Tree, int]:
+        """The tree with planes that have followed moving walls, and how many parts are new."""
         walls, moving = self.walls.ends[0], self._whole
-        return follow(self.tree, walls, self._bounds, self._whole, moving, least)
+        return follow(
+            self.tree, walls, self._bounds, self._whole, moving, self._root, self._rules()
+        )
+
+    def _rules(self) -> Rules:
+        return self.rules._replace(least=_LEAST * self.clearance)
+
+    def _root(self) -> np.ndarray:
+        """The box, (4,), in which areas count."""
+        if not len(self._bounds):
+            return np.array([0.0, 0.0, 1.0, 1.0])
+        low, high = self._bounds[:, :2].min(axis=0), self._bounds[:, 2:].max(axis=0)
+        # As much room again on each side, so that the outside is cut off, and is empty.
+        around, least = (high - low).max(), self.clearance
+        borders = np.concatenate([self._domain.lower, self._domain.upper])
+        root = np.concatenate([low - around, high + around])
+        root = np.where(np.isfinite(borders), borders, root)
+        root[:2], root[2:] = np.minimum(root[:2], low - least), np.maximum(root[2:], high + least)
+        return root

@@ -14,8 +14,7 @@ from apmethod.move.obstacles.beams import (
     seen_in,
 )
 from apmethod.move.obstacles.borrowing import exact
-from apmethod.move.obstacles.rays import to_wall
-from apmethod.move.obstacles.tree import LEAF
+from apmethod.move.obstacles.rays import leaves_near, to_wall
 from apmethod.perceive.domain import distance_2
 from apmethod.perceive.images import MIRROR
 
@@ -29,7 +28,8 @@ def look_around(
     kinds, shifts, limits, mirrored, clearance, begin, end, other, dx, dy, image_sign, taken,
 ):  # fmt: skip
     """List whom the places of each chunk see; what there is no room for is only counted."""
-    waiting, tried = np.empty(len(tree.axis), np.int32), np.full(len(walls.turn), -1, np.int64)
+    waiting, leaves = np.empty(len(tree.axis), np.int32), np.empty(len(tree.axis), np.int32)
+    tried = np.full(len(walls.turn), -1, np.int64)
     most = len(shifts) * len(walls.turn) + 4
     near, kind = np.empty((most, 8)), np.empty(most, np.int8)
     beams = empty_beams()
@@ -43,7 +43,7 @@ def look_around(
             for shift in range(len(shifts)):
                 count = walls_near(
                     here_x, here_y, shifts[shift, 0], shifts[shift, 1], radius, tree, walls, kinds,
-                    waiting, tried, k * len(shifts) + shift, near, kind, count,
+                    waiting, leaves, tried, k * len(shifts) + shift, near, kind, count,
                 )  # fmt: skip
             count = sides_near(here_x, here_y, radius, limits, mirrored, near, kind, count)
             facing = put_facing_first(near, kind, count, here_x, here_y, clearance)
@@ -85,26 +85,14 @@ def look_around(
 
 @exact
 def walls_near(
-    x, y, shift_x, shift_y, radius, tree, walls, kinds, waiting, tried, turn, near, kind, count
-):
+    x, y, shift_x, shift_y, radius, tree, walls, kinds, waiting, leaves, tried, turn, near, kind,
+    count,
+):  # fmt: skip
     """Add the walls within the radius, moved by a shift, to ``near``; how many there are now."""
     x, y = x - shift_x, y - shift_y
-    waiting[0] = 0
-    depth = 1
-    while depth > 0:
-        depth -= 1
-        domain = waiting[depth]
-        axis = tree.axis[domain]
-        if axis != LEAF:
-            coordinate = x if axis == 0 else y
-            if coordinate - radius <= tree.plane[domain]:
-                waiting[depth] = tree.sons[domain, 0]
-                depth += 1
-            if coordinate + radius >= tree.plane[domain]:
-                waiting[depth] = tree.sons[domain, 1]
-                depth += 1
-            continue
-        for item in range(tree.first[domain], tree.last[domain]):
+    for number in range(leaves_near(tree, x, y, radius, waiting, leaves)):
+        leaf = leaves[number]
+        for item in range(tree.first[leaf], tree.last[leaf]):
             wall = tree.listed[item]
             if tried[wall] == turn:
                 continue

@@ -31,7 +31,7 @@ from apmethod.move.obstacles.carry import (
 )
 from apmethod.move.obstacles.predicates import orientation
 from apmethod.move.obstacles.rays import OWN, find_domain, first_hit
-from apmethod.move.obstacles.tree import LEAF, Tree
+from apmethod.move.obstacles.tree import Tree
 
 #: Largest turn that is taken as one piece, in radians.
 TURN = 0.1
@@ -53,76 +53,21 @@ class Movers(NamedTuple):
     homes: Tree  #: for each a leaf as wide as the plane, in its own frame
 
 
-def poses_of(pivot: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The poses of a step, of shape (pieces + 1, 4); place and turn change evenly in it.
-
-    Args:
-        pivot: where the pivot is at time 0.
-        begin, end: the obstacle's pose, as it tells, where the step begins and ends.
-    """
-    pieces = max(1, int(np.ceil(abs(end[2] - begin[2]) / TURN)))
-    share = np.arange(pieces + 1)[:, None] / pieces
-    x, y, turn = ((1.0 - share) * begin + share * end).T
-    return np.column_stack([pivot[0] + x, pivot[1] + y, np.cos(turn), np.sin(turn)])
-
-
-def placed(own_walls: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Walls of an obstacle's own frame, (n, 4), where poses put them, (poses, n, 4)."""
-    result = np.empty((len(poses), *own_walls.shape))
-    x, y, cosine, sine = (part[:, None] for part in poses.T)
-    for end in (0, 2):
-        own_x, own_y = own_walls[:, end], own_walls[:, end + 1]
-        result[:, :, end] = x + (cosine * own_x - sine * own_y)
-        result[:, :, end + 1] = y + (sine * own_x + cosine * own_y)
-    return result
-
-
-def swept_bounds(ends: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """A box, (4,), that holds walls, (poses, n, 4), all through a step as resting agents see it."""
-    corners = ends.reshape(-1, 2)
-    turns = len(poses) > 2 or poses[0, 3] != poses[-1, 3]
-    reach = np.abs(ends[0].reshape(-1, 2) - poses[0, :2]).max() * 2.0**0.5
-    arc = reach * TURN**2 / 8.0 if turns else 0.0
-    return np.concatenate([corners.min(axis=0) - arc, corners.max(axis=0) + arc])
-
-
 def movers_of(
-    poses: Sequence[np.ndarray], obstacles: Sequence[int], homes: Tree, bodies: Bodies
+    begin: np.ndarray, end: np.ndarray, obstacles: Sequence[int], homes: Tree, bodies: Bodies
 ) -> Movers:
-    """The obstacles that move in a step.
+    """The obstacles that move in a step, before `place_all` has filled in their poses.
 
     Args:
-        poses: of each, see `poses_of`.
+        begin, end: (movers, 3) their poses, as they tell, where the step begins and ends.
         obstacles: their numbers.
-        homes: see `homes_of`.
+        homes: a leaf for the walls of each.
         bodies: what all obstacles do.
     """
-    table = np.zeros((len(poses), max(map(len, poses)), 4))
-    for k, pose in enumerate(poses):
-        table[k, : len(pose)] = pose
-    pieces = np.array([len(pose) - 1 for pose in poses], np.int32)
+    pieces = np.maximum(1, np.ceil(np.abs(end[:, 2] - begin[:, 2]) / TURN)).astype(np.int32)
+    poses = np.empty((len(pieces), pieces.max() + 1, 4))
     at_rest = bodies._replace(drift=np.zeros_like(bodies.drift))
-    return Movers(table, pieces, np.array(obstacles, np.int32), at_rest, homes)
-
-
-def homes_of(walls: Sequence[np.ndarray]) -> Tree:
-    """A leaf for each list of walls, all the plane wide and without neighbours."""
-    count = len(walls)
-    last = np.cumsum([len(numbers) for numbers in walls], dtype=np.int32)
-    none = np.full(count, -1, np.int32)
-    return Tree(
-        axis=np.full(count, LEAF, np.int8),
-        plane=np.zeros(count),
-        sons=np.full((count, 2), -1, np.int32),
-        father=none,
-        limits=np.tile([-np.inf, -np.inf, np.inf, np.inf], (count, 1)),
-        beyond=np.full((count, 4), -1, np.int32),
-        owner=none,
-        owner_side=np.zeros(count, np.int8),
-        first=np.concatenate([[0], last])[:-1].astype(np.int32),
-        last=last,
-        listed=np.concatenate([np.empty(0, np.int32), *walls]).astype(np.int32),
-    )
+    return Movers(poses, pieces, np.array(obstacles, np.int32), at_rest, homes)
 
 
 @exact
@@ -141,6 +86,51 @@ def from_own(poses, mover, piece, x, y):
         poses[mover, piece, 0] + (cosine * x - sine * y),
         poses[mover, piece, 1] + (sine * x + cosine * y),
     )
+
+
+@borrowing
+def place_all(movers, begin, end, pivots, ends, bounds, margin):
+    """Write the poses of a step, in which place and turn change evenly, and what they imply.
+
+    Args:
+        movers: see `movers_of`; their poses are written.
+        begin, end: as for `movers_of`.
+        pivots: (movers, 2) where the pivots are at time 0.
+        ends: of all walls; where they are before and after the step is written.
+        bounds: (walls, 4) written: boxes that hold them with a margin all through the step,
+            as resting agents see them.
+        margin: that margin.
+    """
+    for mover in range(len(movers.pieces)):
+        last = movers.pieces[mover]
+        for piece in range(last + 1):
+            share = piece / last
+            turn = (1.0 - share) * begin[mover, 2] + share * end[mover, 2]
+            for axis in range(2):
+                off = (1.0 - share) * begin[mover, axis] + share * end[mover, axis]
+                movers.poses[mover, piece, axis] = pivots[mover, axis] + off
+            movers.poses[mover, piece, 2] = np.cos(turn)
+            movers.poses[mover, piece, 3] = np.sin(turn)
+        low_x, low_y, high_x, high_y, reach_2 = np.inf, np.inf, -np.inf, -np.inf, 0.0
+        for k in range(movers.homes.first[mover], movers.homes.last[mover]):
+            wall = movers.homes.listed[k]
+            for corner in (0, 2):
+                own_x, own_y = ends[2, wall, corner], ends[2, wall, corner + 1]
+                reach_2 = max(reach_2, own_x * own_x + own_y * own_y)
+                for piece in range(last + 1):
+                    x, y = from_own(movers.poses, mover, piece, own_x, own_y)
+                    low_x, low_y = min(low_x, x), min(low_y, y)
+                    high_x, high_y = max(high_x, x), max(high_y, y)
+                    if piece == 0:
+                        ends[0, wall, corner], ends[0, wall, corner + 1] = x, y
+                    if piece == last:
+                        ends[1, wall, corner], ends[1, wall, corner + 1] = x, y
+        arc = np.sqrt(reach_2) * TURN * TURN / 8.0 if begin[mover, 2] != end[mover, 2] else 0.0
+        around = margin + arc
+        for k in range(movers.homes.first[mover], movers.homes.last[mover]):
+            wall = movers.homes.listed[k]
+            bounds[wall, 0], bounds[wall, 1] = low_x - around, low_y - around
+            bounds[wall, 2], bounds[wall, 3] = high_x + around, high_y + around
 
 
 @called

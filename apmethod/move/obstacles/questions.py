@@ -8,7 +8,7 @@ import numpy as np
 
 from apmethod.compile import in_blocks
 from apmethod.move.obstacles.layout import Layout
-from apmethod.move.obstacles.rays import BEFORE, first_hits, near_walls, pairs_blocked
+from apmethod.move.obstacles.rays import BEFORE, RAYS_A_BLOCK, first_hits, near_walls, pairs_blocked
 from apmethod.move.obstacles.shapes import Obstacle, inside
 from apmethod.move.obstacles.tree import LEAF
 
@@ -61,7 +61,7 @@ class Questions(Layout):
         domains, tried = np.full(len(starts), -1, np.int32), np.empty(len(starts), np.int32)
         in_blocks(
             first_hits, len(starts), self.tree, self.walls, BEFORE, starts, ends, domains, shares,
-            hits, tried,
+            hits, tried, least=RAYS_A_BLOCK,
         )  # fmt: skip
         return shares, hits
 
@@ -77,7 +77,17 @@ class Questions(Layout):
         """Which pairs, (m, 2) rows of positions (n, 2), have a wall in their line of sight."""
         result = np.empty(len(pairs), np.bool_)
         i, j = np.ascontiguousarray(pairs.T)
-        in_blocks(pairs_blocked, len(pairs), self.tree, self.walls, positions, i, j, result)
+        in_blocks(
+            pairs_blocked,
+            len(pairs),
+            self.tree,
+            self.walls,
+            positions,
+            i,
+            j,
+            result,
+            least=RAYS_A_BLOCK,
+        )
         return result
 
     def near(self, points: np.ndarray, distance: float) -> np.ndarray:

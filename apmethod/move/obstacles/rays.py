@@ -22,6 +22,9 @@ OWN = -2
 #: Turn of walls that never move.
 STILL = 2**30
 
+#: Rays that are worth a thread of their own.
+RAYS_A_BLOCK = 5000
+
 
 class Walls(NamedTuple):
     """The obstacles' sides, by number."""
@@ -221,32 +224,47 @@ def to_wall(x, y, ax, ay, bx, by):
     return (x - bx) + (1.0 - share) * along_x, (y - by) + (1.0 - share) * along_y, share
 
 
+@exact
+def leaves_near(tree, x, y, distance, waiting, leaves):
+    """Write down the leaves in the square of that half side around (x, y); how many.
+
+    ``waiting`` is scratch; it and ``leaves`` have room for all domains.
+    """
+    waiting[0] = 0
+    left, count = 1, 0
+    while left > 0:
+        left -= 1
+        domain = waiting[left]
+        axis = tree.axis[domain]
+        if axis == LEAF:
+            leaves[count] = domain
+            count += 1
+            continue
+        coordinate = x if axis == 0 else y
+        if coordinate - distance <= tree.plane[domain]:
+            waiting[left] = tree.sons[domain, 0]
+            left += 1
+        if coordinate + distance >= tree.plane[domain]:
+            waiting[left] = tree.sons[domain, 1]
+            left += 1
+    return count
+
+
 @compiled
 def near_walls(first, last, tree, walls, points, distance, result):
     """Which points have a wall at most ``distance`` away, ends of the step included."""
-    waiting = np.empty(len(tree.axis), np.int32)
+    waiting, leaves = np.empty(len(tree.axis), np.int32), np.empty(len(tree.axis), np.int32)
     for k in range(first, last):
         x, y = points[k, 0], points[k, 1]
         result[k] = False
-        waiting[0] = 0
-        depth = 1
-        while depth > 0 and not result[k]:
-            depth -= 1
-            domain = waiting[depth]
-            axis = tree.axis[domain]
-            if axis != LEAF:
-                coordinate = x if axis == 0 else y
-                if coordinate - distance <= tree.plane[domain]:
-                    waiting[depth] = tree.sons[domain, 0]
-                    depth += 1
-                if coordinate + distance >= tree.plane[domain]:
-                    waiting[depth] = tree.sons[domain, 1]
-                    depth += 1
-                continue
-            for item in range(tree.first[domain], tree.last[domain]):
+        for number in range(leaves_near(tree, x, y, distance, waiting, leaves)):
+            leaf = leaves[number]
+            for item in range(tree.first[leaf], tree.last[leaf]):
                 wall = tree.listed[item]
                 for place in range(2):
                     side = walls.ends[place, wall]
                     dx, dy, _ = to_wall(x, y, side[0], side[1], side[2], side[3])
                     if dx * dx + dy * dy <= distance * distance:
                         result[k] = True
+            if result[k]:
+                break

@@ -12,6 +12,7 @@ bounds are tried, in O(N log N): bounds are sorted once, and their order is hand
 (Wald and Havran 2006).
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,7 @@ class Tree(NamedTuple):
     owner_side: np.ndarray  #: (domains,) which of its four bounds
     first: np.ndarray  #: (domains,) a leaf's walls are listed[first:last]
     last: np.ndarray
+    had: np.ndarray  #: (domains,) how many walls a leaf had when it was made
     listed: np.ndarray
 
 
@@ -52,12 +54,14 @@ class Rules(NamedTuple):
         favour: what a cut that leaves one side empty may save, as a share of its cost.
         threshold: a domain whose surface area is below this share of the mean of its
             walls' is cut no further.
+        least: how wide a domain must be at least, a length.
     """
 
     rule: int = RULES["surface_area"]
     cut_cost: float = 1.0
     favour: float = 0.5
     threshold: float = 0.1
+    least: float = 0.0
 
 
 # -- where walls are -------------------------------------------------------------------
@@ -96,6 +100,7 @@ def best_plane(tree, domain, lists, first, count, bounds, rules):
     best, best_axis, best_plane_at, best_owner, best_side = np.inf, LEAF, 0.0, -1, 0
     for axis in range(2):
         low, high = tree.limits[domain, axis], tree.limits[domain, axis + 2]
+        first_plane, last_plane = low + rules.least, high - rules.least
         other = height if axis == 0 else width
         i, j = 0, 0
         while i < count or j < count:
@@ -110,7 +115,7 @@ def best_plane(tree, domain, lists, first, count, bounds, rules):
                 plane, owner, side = upper, lists[axis + 2, first + j], axis + 2
                 j += 1
                 below, above = i, count - j
-            if plane <= low or plane >= high:
+            if plane <= first_plane or plane >= last_plane:
                 continue
             chance_below = (plane - low + other) / (width + height)
             chance_above = (high - plane + other) / (width + height)
@@ -129,10 +134,11 @@ def chosen_plane(tree, domain, lists, first, count, depth, most_depth, bounds, r
     if count == 0 or depth >= most_depth or rules.rule == 2:
         return LEAF, 0.0, -1, 0
     if rules.rule == 1:
-        if count <= 4:
-            return LEAF, 0.0, -1, 0
         axis = depth % 2
-        return axis, 0.5 * (tree.limits[domain, axis] + tree.limits[domain, axis + 2]), -1, 0
+        low, high = tree.limits[domain, axis], tree.limits[domain, axis + 2]
+        if count <= 4 or high - low <= 3.0 * rules.least:
+            return LEAF, 0.0, -1, 0
+        return axis, 0.5 * (low + high), -1, 0
     size, walls_size = 0.0, 0.0
     for axis in range(2):
         size += tree.limits[domain, axis + 2] - tree.limits[domain, axis]
@@ -148,42 +154,47 @@ def chosen_plane(tree, domain, lists, first, count, depth, most_depth, bounds, r
 
 
 @borrowing
-def build(tree, walls, bounds, whole, root, rules, lists, waiting, goes):
-    """Fill in a `Tree` of enough room, without ``beyond``.
+def cut(tree, domains, listed, left, walls, bounds, whole, root, rules, lists, waiting, goes):
+    """Cut leaves as the rules say; fills in a `Tree` of enough room, but for ``beyond``.
 
     Args:
-        tree: arrays to be filled in.
+        tree: arrays that hold some domains already, and have room for more.
+        domains, listed: how many, and how many walls are listed.
+        left: how many leaves to cut.
         walls: (n, 4) ends of the walls, ax, ay, bx, by.
         bounds: (n, 4) boxes that hold them with a margin, and for a moving wall the way
             it goes in a step.
         whole: (n,) whether a wall takes up all of its bounds, as a moving one does.
         root: (4,) box in which areas count; the domains at its sides have no limit there.
         rules: see `Rules`.
-        lists: (8, room) begins with the walls sorted by each of their four bounds.
-        waiting: (room, 4) scratch.
+        lists: (8, room) begins with the walls of the leaves, one leaf's behind another's,
+            sorted by each of their four bounds.
+        waiting: (room, 4) begins with the leaves: number, where in ``lists``, how many.
         goes: (n,) scratch.
 
     Returns:
         (domains, walls listed); no domains if there was no room.
     """
-    n = len(walls)
-    most_depth = 8 + int(2.6 * np.log2(n + 1.0))
-    tree.father[0] = -1
-    for side in range(4):
-        tree.limits[0, side] = root[side]
-    domains, listed, left = 1, 0, 1
-    # The four orders of the walls for each waiting domain, one domain behind the other.
-    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, 0, n, 0
+    most_depth = 8 + int(2.6 * np.log2(len(walls) + 1.0))
+    for k in range(left):
+        domain = waiting[k, 0]
+        for side in range(4):
+            if np.isinf(tree.limits[domain, side]):
+                tree.limits[domain, side] = root[side]
+        waiting[k, 3] = 0
+        while tree.father[domain] >= 0:
+            domain = tree.father[domain]
+            waiting[k, 3] += 1
     while left > 0:
         left -= 1
         domain, first, count, depth = waiting[left]
-        tree.sons[domain, 0], tree.sons[domain, 1] = -1, -1
         axis, plane, owner, side = chosen_plane(
             tree, domain, lists, first, count, depth, most_depth, bounds, rules
         )
         tree.axis[domain], tree.plane[domain] = axis, plane
         tree.owner[domain], tree.owner_side[domain] = owner, side
-        tree.first[domain], tree.last[domain] = listed, listed
+        tree.first[domain], tree.last[domain], tree.had[domain] = listed, listed, count
+        tree.sons[domain, 0], tree.sons[domain, 1] = -1, -1
         if axis == LEAF:
             if listed + count > len(tree.listed):
                 return 0, 0
@@ -278,30 +289,65 @@ def beyond_sides(tree):
 def build_tree(
     walls: np.ndarray, bounds: np.ndarray, whole: np.ndarray, root: np.ndarray, rules: Rules
 ) -> Tree:
-    """The tree over some walls; the arguments are those of `build`."""
+    """The tree over some walls; the arguments are those of `cut`."""
     n = len(walls)
-    room = 8 * n + 64
-    goes, sorted_walls = np.empty(n, np.int8), np.argsort(bounds, axis=0, kind="stable").T
+    plane = leaves_of([np.arange(n)])
+    return cut_leaves(plane, np.zeros(1, np.intp), walls, bounds, whole, root, rules)
+
+
+def leaves_of(walls: Sequence[np.ndarray]) -> Tree:
+    """A leaf for each list of walls, all as wide as the plane and without neighbours."""
+    count = len(walls)
+    none, last = np.full(count, -1, np.int32), np.cumsum([0, *map(len, walls)], dtype=np.int32)
+    return Tree(
+        axis=np.full(count, LEAF, np.int8),
+        plane=np.zeros(count),
+        sons=np.full((count, 2), -1, np.int32),
+        father=none,
+        limits=np.tile([-np.inf, -np.inf, np.inf, np.inf], (count, 1)),
+        beyond=np.full((count, 4), -1, np.int32),
+        owner=none,
+        owner_side=np.zeros(count, np.int8),
+        first=last[:-1],
+        last=last[1:],
+        had=np.diff(last),
+        listed=np.concatenate([np.empty(0, np.int32), *walls]).astype(np.int32),
+    )
+
+
+def cut_leaves(
+    tree: Tree,
+    leaves: np.ndarray,
+    walls: np.ndarray,
+    bounds: np.ndarray,
+    whole: np.ndarray,
+    root: np.ndarray,
+    rules: Rules,
+) -> Tree:
+    """The tree with some leaves cut further; the other arguments are those of `cut`."""
+    counts = tree.last[leaves] - tree.first[leaves]
+    begin = np.cumsum(counts) - counts
+    dealt = np.concatenate([tree.listed[tree.first[k] : tree.last[k]] for k in leaves])
+    leaf = np.repeat(np.arange(len(leaves)), counts)
+    room = 8 * len(dealt) + 64
+    goes = np.empty(len(walls), np.int8)
     while True:
-        tree = _empty_tree(room)
-        lists = np.empty((8, room), np.int32)
-        lists[:4, :n] = sorted_walls
-        waiting = np.empty((room, 4), np.int32)
-        domains, listed = build(tree, walls, bounds, whole, root, rules, lists, waiting, goes)
+        larger = Tree(*(_with_room(array, room) for array in tree))
+        lists, waiting = np.empty((8, room), np.int32), np.empty((room, 4), np.int32)
+        for side in range(4):
+            lists[side, : len(dealt)] = dealt[np.lexsort((bounds[dealt, side], leaf))]
+        waiting[: len(leaves), :3] = np.column_stack([leaves, begin, counts])
+        domains, listed = cut(
+            larger, len(tree.axis), len(tree.listed), len(leaves), walls, bounds, whole, root,
+            rules, lists, waiting, goes,
+        )  # fmt: skip
         if domains:
             break
         room *= 2
-    tree = Tree(*(array[:domains].copy() for array in tree[:-1]), tree.listed[:listed].copy())
-    beyond_sides(tree)
-    return tree
+    grown = Tree(*(array[:domains].copy() for array in larger[:-1]), larger.listed[:listed].copy())
+    beyond_sides(grown)
+    return grown
 
 
-def _empty_tree(room: int) -> Tree:
-    def numbers(*shape):
-        return np.empty(shape, np.int32)
-
-    axis, side = np.empty(room, np.int8), np.empty(room, np.int8)
-    return Tree(
-        axis, np.empty(room), numbers(room, 2), numbers(room), np.empty((room, 4)),
-        numbers(room, 4), numbers(room), side, numbers(room), numbers(room), numbers(room),
-    )  # fmt: skip
+def _with_room(array: np.ndarray, room: int) -> np.ndarray:
+    return np.concatenate([array, np.empty((room, *array.shape[1:]), array.dtype)])

@@ -1,9 +1,10 @@
-"""Planes follow moving obstacles; a tree is built again only where a domain disappears."""
+"""Planes follow moving obstacles; the tree is built again only where a domain disappears."""
 
 import numpy as np
 import pytest
 
 from apmethod import AgentParticle, Obstacles, ParticleModel, disc, square
+from apmethod.move.obstacles.rays import BEFORE, first_hits
 from apmethod.move.obstacles.tree import LEAF
 from obstacle_samples import assert_as_brute_force, random_obstacles
 
@@ -67,11 +68,57 @@ def test_one_of_a_hundred_moves_planes_and_rarely_builds():
     assert obstacles.rebuilds <= 5
 
 
-def test_a_domain_that_disappears_has_the_tree_built_again():
+def test_a_domain_that_disappears_is_counted():
     obstacles = Obstacles([square((0.0, 0.0), 1.0, velocity=(1.0, 0.0)), square((3.0, 0.2), 1.0)])
     counts = [model.obstacles.rebuilds for model in stepped(obstacles, 60, dt=0.1)]
     assert counts[0] == 0
     assert 1 <= counts[-1] <= 20  # it passes four planes of the other one
+
+
+def test_only_the_part_with_a_domain_that_disappears_is_built_again():
+    near = [square((0.0, 0.0), 1.0, velocity=(1.0, 0.0)), square((3.0, 0.0), 1.0)]
+    obstacles = Obstacles([*near, *(square((20.0 + 3.0 * k, 9.0), 1.0) for k in range(20))])
+
+    def far():
+        return {d.limits for d in obstacles.domains() if d.limits[0] > 20.0}
+
+    before = far()
+    for _ in stepped(obstacles, 40, dt=0.1):
+        assert far() == before
+    assert obstacles.rebuilds >= 1
+
+
+def test_walls_that_differ_by_rounding_have_no_domain_between_them():
+    thin = [square((3.0, 0.0), 1.0), square((3.0 + 1e-11, 4.0), 1.0)]
+    obstacles = Obstacles([square((0.0, 20.0), 1.0, velocity=(-1.0, 0.0)), *thin])
+    for model in stepped(obstacles, 20, dt=0.1):
+        assert model.obstacles.rebuilds == 0
+    widths = [d.limits[axis + 2] - d.limits[axis] for d in obstacles.domains() for axis in (0, 1)]
+    assert min(widths) > 2.0 * obstacles.clearance
+
+
+def tried_walls(obstacles, tree, starts, ends):
+    """How many walls rays try by a tree, on average."""
+    count = len(starts)
+    domains, hits, tried = np.full(count, -1, np.int32), *np.empty((2, count), np.int32)
+    first_hits(
+        0, count, tree, obstacles.walls, BEFORE, starts, ends, domains, np.empty(count), hits, tried
+    )
+    return tried.mean()
+
+
+def test_domains_do_not_crowd_where_obstacles_have_come_and_gone():
+    to_and_fro = [
+        disc((0.5, 0.1 + 0.2 * k), 0.03, path=lambda t, k=k: (0.4 * np.sin((2.0 + k) * t), 0.0))
+        for k in range(5)
+    ]
+    obstacles = Obstacles([*to_and_fro, *crowd(0, 400)])
+    starts = np.random.default_rng(2).random((2000, 2))
+    for model in stepped(obstacles, 200, dt=0.05):
+        if model.steps % 20 == 0:
+            fresh = tried_walls(obstacles, obstacles.new_tree(), starts, starts + 0.01)
+            assert tried_walls(obstacles, obstacles.tree, starts, starts + 0.01) < 2.0 * fresh
+    assert_as_brute_force(obstacles, starts, starts + 0.01)
 
 
 def test_domains_hug_a_moving_obstacle():
