@@ -1,4 +1,4 @@
-"""Long runs: what drifts in 10^5 steps, and the shipped scenes ten times their length."""
+"""Long runs: what drifts in 10^5 steps, and shipped scenes far beyond their own length."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from apmethod.perceive.lattice import QuadLattice
 from apmethod.run.scenes import load_scene
 
 Moment = tuple[float, np.ndarray, float]
-#: What a shipped scene may not leave in ten times its default length.
+#: Steps of a shipped scene at the most.
+_LONGEST = 20_000
+#: What a shipped scene may not leave in ten times its default length, or `_LONGEST` steps.
 BOUNDS = {
     "mass_drift": 1e-12,  # unless obstacles take agents out, and then it may not grow
     "outside": 0,  # agents outside of their domain
@@ -90,14 +92,14 @@ def _order(space: QuadLattice) -> float:
 
 
 def scene(name: str, times: float = 10.0) -> dict[str, Any]:
-    """A shipped scene so many times its default length, beside `BOUNDS`."""
+    """A shipped scene so many times its default length, or `_LONGEST` steps, by `BOUNDS`."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         model = load_scene(name)(rng=1)
         model.until = times * model.until
         mass, radius = model.particles.mass.sum(), model.space.core_radius
         radii = [radius]
-        while model.elapsed < model.until:
+        while model.elapsed < model.until and model.steps < _LONGEST:
             model.step()
             radii.append(model.space.core_radius)
     grown = float(model.particles.mass.sum() / mass - 1.0)
