@@ -139,7 +139,8 @@ def _look(
     first, last, rows, position, reach, tree, walls, kinds, shifts, clearance, held_off, emptied
 ):
     """g and div g + |g|^2 of each agent."""
-    waiting, tried = np.empty(len(tree.axis), np.int32), np.full(len(walls.turn), -1, np.int64)
+    waiting, leaves = np.empty(len(tree.axis), np.int32), np.empty(len(tree.axis), np.int32)
+    tried = np.full(len(walls.turn), -1, np.int64)
     most = len(shifts) * len(walls.turn)
     near, kind = np.empty((most, 8)), np.empty(most, np.int8)
     for k in range(first, last):
@@ -148,7 +149,7 @@ def _look(
         for shift in range(len(shifts)):
             count = walls_near(
                 x, y, shifts[shift, 0], shifts[shift, 1], reach, tree, walls, kinds, waiting,
-                tried, k * len(shifts) + shift, near, kind, count,
+                leaves, tried, k * len(shifts) + shift, near, kind, count,
             )  # fmt: skip
         along_x, along_y, rate = hold_off(x, y, near, kind, count, reach, clearance)
         held_off[rows[k], 0], held_off[rows[k], 1] = along_x, along_y
