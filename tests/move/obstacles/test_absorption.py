@@ -15,12 +15,12 @@ REACH = 0.4
 def held_off(obstacles, x, y):
     """g and div g + |g|^2 at a place."""
     walls = obstacles.walls
-    waiting = np.empty(len(obstacles.tree.axis), np.int32)
+    waiting, leaves = np.empty((2, len(obstacles.tree.axis)), np.int32)
     tried = np.full(len(walls.turn), -1, np.int64)
     near, kind = np.empty((len(tried), 8)), np.empty(len(tried), np.int8)
     count = walls_near(
-        x, y, 0.0, 0.0, REACH, obstacles.tree, walls, kinds_of(obstacles), waiting, tried, 0,
-        near, kind, 0,
+        x, y, 0.0, 0.0, REACH, obstacles.tree, walls, kinds_of(obstacles), waiting, leaves,
+        tried, 0, near, kind, 0,
     )  # fmt: skip
     return np.array(hold_off(x, y, near, kind, count, REACH, obstacles.clearance))
 
