@@ -21,7 +21,7 @@ def test_there_are_notebooks():
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_every_cell_runs(path, tmp_path):
     resources = {"metadata": {"path": str(tmp_path)}}
-    NotebookClient(_read(path), kernel_name="python3", timeout=120, resources=resources).execute()
+    NotebookClient(_read(path), kernel_name="python3", timeout=300, resources=resources).execute()
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
