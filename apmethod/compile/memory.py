@@ -2,7 +2,7 @@
 
 A step makes the same arrays as the one before.  Left to itself the system takes the memory
 of large ones back as soon as they are dropped, and clears new memory page by page when the
-next step first writes to it: with 10^6 agents, a third of the time of a search and sum.
+next step first writes to it: with 10^6 agents, a quarter of the time of a search and sum.
 Here the blocks of memory stay, and one whose arrays are all gone serves the next request.
 """
 

@@ -40,7 +40,7 @@ def set_threads(count: int) -> None:
 def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> None:
     """Call ``run(first, last, *arguments)`` so that the blocks cover ``range(count)``.
 
-    Below ``least`` items a block, a pass is over before another thread has woken up.
+    Below ``least`` items a block, another thread does not pay.
     """
     blocks = min(threads(), count // least)
     if blocks < 2 or not _busy.acquire(blocking=False):

@@ -18,7 +18,7 @@ from numba.extending import intrinsic
 
 from apmethod.compile.jit import compiled
 
-#: Looks at the number before sleeping: some milliseconds.
+#: Looks at the number before sleeping: about a millisecond.
 _LOOKS = 1_000_000
 #: Looks after it has changed, some microseconds, in which whoever changed it lets go of the
 #: GIL: to find it taken means to sleep.

@@ -121,21 +121,6 @@ def _compile(
                 sums[part, here + k] += block[half + part, there + k]
 
     @inlined
-    def sum_over(block, count, me, x_i, y_i, over_x, over_y, core_radius, smoothing_length, total):
-        for j in range((count + _LANES - 1) // _LANES * _LANES):
-            dx, dy = x_i - block[place, j], y_i - block[place + 1, j]
-            if images:
-                dx = (dx + over_x) - block[shift, j]
-                dy = (dy + over_y) - block[shift + 1, j]
-            near = distance_2(dx, dy) < core_radius * core_radius
-            pair, you = make_pair(dx, dy, smoothing_length), read(block, j)
-            total = add(total, evaluate(pair, me, you), near)
-            back = mirror(pair, me, you)
-            for part in range(width):
-                block[half + part, j] += back[part] if near else 0.0
-        return total
-
-    @inlined
     def sum_cell(
         cell, block, pieces, start, low, high, x, y, shift_x, shift_y, table,
         core_radius, smoothing_length, sums,
@@ -162,6 +147,7 @@ def _compile(
                     total = add(zero, own, True)
                 behind = max(i + 1 - start[cell] - done, 0)
                 over_x, over_y = (shift_x[i], shift_y[i]) if images else (0.0, 0.0)
+                # As a function of its own this loop is not vectorised.
                 ahead, x_i, y_i = block[:, behind:], x[i], y[i]
                 for j in range((count - behind + _LANES - 1) // _LANES * _LANES):
                     dx, dy = x_i - ahead[place, j], y_i - ahead[place + 1, j]

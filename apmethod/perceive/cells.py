@@ -11,6 +11,7 @@ Agents near a periodic or mirrored side appear a second time as images beyond it
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class SortedCells:
     radius: np.ndarray = field(default_factory=lambda: np.empty(0))
     searched: SortedCells | None = None
 
-    @property
+    @cached_property
     def longest(self) -> int:
         """The largest number of potential neighbours that any sub-domain has."""
         return longest_run(self.low, self.high)
