@@ -17,7 +17,7 @@ import numpy as np
 
 from apmethod.compile import in_blocks, memory
 from apmethod.perceive.domain import Domain
-from apmethod.perceive.images import REAL, with_images
+from apmethod.perceive.images import REAL, on_sides, with_images
 from apmethod.perceive.sorting import corners, counting_sort, longest_run, runs_around, take
 
 #: A dense table of sub-domains may hold this many for each agent; beyond, it is searched.
@@ -101,6 +101,8 @@ def sort_into_cells(
     row, shift, image = with_images(positions, core_radius, domain)
     where = positions if row is None else positions[row] + shift
     lowest, highest = corners(where) if len(where) else ((0.0, 0.0), (0.0, 0.0))
+    if row is not None:
+        lowest = on_sides(lowest, core_radius / 2**level, domain)
     extent = (highest[0] - lowest[0], highest[1] - lowest[1])
     side, grid = grid_of(extent, core_radius, level)
     if grid[0] * grid[1] <= _DENSE * len(where) + 1024:
