@@ -15,8 +15,8 @@ from apmethod.field.accuracy import accuracy_with
 from apmethod.field.start import Start, lay
 from apmethod.model import ParticleModel
 from apmethod.move.diffusion import Diffusion
+from apmethod.move.flow import Flow
 from apmethod.move.integrate import Integrator
-from apmethod.move.law import Flow
 from apmethod.move.motion import CARRY_TOLERANCE
 from apmethod.perceive.core_radius import FollowDensity
 from apmethod.perceive.domain import Domain, Open

@@ -14,6 +14,7 @@ import numpy as np
 
 from apmethod.compile import in_blocks, plain
 from apmethod.contribute.smoothing import Kernel
+from apmethod.move.flow import Flow
 from apmethod.move.integrate import (
     LEAP_FROG,
     VERLET,
@@ -24,7 +25,7 @@ from apmethod.move.integrate import (
     verlet_drift,
     verlet_kick,
 )
-from apmethod.move.law import Flow, Law, Now
+from apmethod.move.law import Law, Now
 from apmethod.particles import Column, Particles
 from apmethod.perceive.domain import bounce, place
 

@@ -8,13 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from apmethod.bench.error.problems import (
-    HUMPS,
-    PROBLEMS,
-    Mixture,
-    counter_rotation,
-    rotation,
-)
+from apmethod.bench.error.problems import HUMPS, PROBLEMS, counter_rotation, rotation
+from apmethod.bench.error.solutions import Mixture
 
 COUNTS = (1000, 2000, 4000, 8000)
 SCHEMES = {

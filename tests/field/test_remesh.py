@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from apmethod import DiffusingParticle, FieldModel, Mirrored, Open, Periodic
-from apmethod.bench.error.problems import HUMPS, PROBLEMS, Mixture, shear
+from apmethod.bench.error.problems import HUMPS, PROBLEMS, shear
+from apmethod.bench.error.solutions import Mixture
 from apmethod.field.remesh import m6, spread
 
 BOX = (-1.0, 1.0, -1.0, 1.0)

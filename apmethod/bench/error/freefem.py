@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apmethod.bench.error.problems import Problem
+from apmethod.bench.error.problem import Problem
 
 SCHEMES = {
     "FreeFem++ P2, Crank-Nicolson": "p2_crank_nicolson.edp",

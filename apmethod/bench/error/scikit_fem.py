@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from apmethod.bench.error.freefem import Solved
-from apmethod.bench.error.problems import Problem
+from apmethod.bench.error.problem import Problem
 
 SCHEMES = {"scikit-fem P2, Crank-Nicolson": None}
 

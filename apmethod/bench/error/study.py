@@ -21,7 +21,8 @@ import numpy as np
 
 from apmethod.bench.error import freefem, scikit_fem
 from apmethod.bench.error.compare import comparisons, orders
-from apmethod.bench.error.problems import PROBLEMS, Problem
+from apmethod.bench.error.problem import Problem
+from apmethod.bench.error.problems import PROBLEMS
 from apmethod.bench.results import machine
 from apmethod.bench.timing import Progress, Report
 from apmethod.compile import threads

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from apmethod.bench.error.problems import HILL, Mixture, rotation
+from apmethod.bench.error.problems import HILL, rotation
+from apmethod.bench.error.solutions import Mixture
 from apmethod.bench.stability.boxes import Box
 from apmethod.errors import Unstable
 from apmethod.model import MARGIN, ParticleModel

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from apmethod.bench.error.problems import HILL, HUMPS, Mixture, rotation
+from apmethod.bench.error.problems import HILL, HUMPS, rotation
+from apmethod.bench.error.solutions import Mixture
 
 _BOX = (-1.2, 1.2, -1.2, 1.2)
 
