@@ -189,8 +189,7 @@ class ParticleModel(mesa.Model):
     def message(self) -> None:
         """All agents take in what they have been sent."""
         self.procedure.message()
-        if self.motion.absorption is not None:
-            self.motion.absorption.received(self.bus.smoothing_length)
+        self.motion.received(self.bus.smoothing_length)
 
     def advance(self, stage: Stage) -> None:
         """All agents go to a trial place, or move."""

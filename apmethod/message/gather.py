@@ -32,7 +32,7 @@ def gather(
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
     images, own_radii = bool(len(cells.image)), bool(len(cells.radius))
     in_blocks(
-        _compile_gather(tuple(terms), kernel, reads, images, own_radii), len(cells.number),
+        _compile(tuple(terms), kernel, reads, images, own_radii), len(cells.number),
         cells.start, cells.low, cells.high, row, cells.image, cells.x, cells.y, cells.shift_x,
         cells.shift_y, cells.radius, table, cells.longest, cells.core_radius,
         cells.core_radius / kernel.support, sums, least=200,
@@ -40,7 +40,7 @@ def gather(
 
 
 @cache
-def _compile_gather(
+def _compile(
     terms: tuple[Term, ...],
     kernel: Kernel,
     reads: tuple[tuple[str, int | None], ...],

@@ -143,6 +143,11 @@ class Motion:
         self.stage = stage
         self.smoothing_length = smoothing_length
 
+    def received(self, smoothing_length: float) -> None:
+        """Note that the agents have taken in their sums; walls that take mass mind them."""
+        if self.absorption is not None:
+            self.absorption.received(smoothing_length)
+
     def now(self, row: int | slice = slice(None)) -> Now:
         """What laws may use in this stage besides the agent, for one row or all."""
         h: float | np.ndarray = self.smoothing_length
