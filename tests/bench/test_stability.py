@@ -108,28 +108,44 @@ def test_every_shipped_scene_stays_within_its_bounds_ten_times_its_length(name):
     assert row["kept"], row
 
 
-def test_the_command(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(
-        study, "_quick", lambda: [
-            lambda: [limits.limit(("blob", "gaussian", "euler"))],
-            lambda: limits.growths(("blob", "gaussian", "euler"), [1.4], [0.5, 1.5], along=16),
-            lambda: [starts.measured("conservative", "random", 1.0, 1)],
-            lambda: starts.mass_ratios("conservative", [1], 1),
-            lambda: scales.units("conservative", (0, 3), 100),
-            lambda: scales.peclet("conservative", [1e-2, 1e-4], 100),
-            lambda: [long_runs.at_rest(5)],
-            lambda: [long_runs.scene("obstacles", times=0.2)],
-        ],
-    )  # fmt: skip
+def small_study(tmp_path, capsys):
     assert main(["bench", "stability", "--quick", "--out", str(tmp_path)]) == 0
-    out = capsys.readouterr().out
+    return capsys.readouterr().out, json.loads((tmp_path / "stability.json").read_text())
+
+
+def test_the_command_and_that_it_resumes(monkeypatch, capsys, tmp_path):
+    scheme, scale = ("blob", "gaussian", "euler"), {"accuracy": "conservative", "particles": 100}
+    parts = [
+        study.Part(limits.limit, {"scheme": scheme}),
+        study.Part(
+            limits.growths, {"scheme": scheme, "spacings": [1.4], "shares": [0.5, 1.5], "along": 16}
+        ),
+        study.Part(starts.disorder, {"name": "conservative", "halvings": 1}),
+        study.Part(starts.mass_ratios, {"name": "conservative", "decades": [1], "halvings": 1}),
+        study.Part(scales.units, {"decades": [0, 3], **scale}),
+        study.Part(scales.peclet, {"diffusivities": [1e-2, 1e-4], **scale}),
+        study.Part(long_runs.at_rest, {"steps": 5}),
+        study.Part(long_runs.scene, {"name": "obstacles", "times": 0.2}),
+    ]
+    monkeypatch.setattr(study, "_quick", lambda: parts)
+    out, results = small_study(tmp_path, capsys)
     for title in ("largest stable D dt/h^2", "disorder and uneven masses", "long runs", "chosen"):
         assert title in out
-    results = json.loads((tmp_path / "stability.json").read_text())
     assert results["margin"]["chosen"] == MARGIN
     with open(tmp_path / "stability.csv") as file:
-        assert len(list(csv.DictReader(file))) == len(results["rows"]) == 13
+        assert len(list(csv.DictReader(file))) == len(results["rows"]) == 16
     assert (tmp_path / "stability.png").read_bytes().startswith(b"\x89PNG")
+
+    # As if it had been stopped before the last part.
+    kept = (tmp_path / "runs.jsonl").read_text().splitlines(keepends=True)
+    (tmp_path / "runs.jsonl").write_text("".join(kept[:-1]))
+    made, or_made = [], study.Kept.or_made
+    monkeypatch.setattr(
+        study.Kept, "or_made",
+        lambda kept, key, make: or_made(kept, key, lambda: made.append(key["part"]) or make()),
+    )  # fmt: skip
+    assert small_study(tmp_path, capsys)[1]["rows"] == results["rows"]
+    assert made == ["scene"]
 
 
 def test_the_study_has_sizes_of_its_own(capsys):

@@ -82,6 +82,16 @@ def test_level_of_the_other_problems(scheme, name, level):
     assert error(PROBLEMS[name], 4000, accuracy=scheme) < level
 
 
+def test_shear_all_the_way():
+    """Agents that are laid anew in time are as accurate just before as at the end."""
+    model, worst = PROBLEMS["shear"].model(12_000, accuracy="accurate", rng=1), 0.0
+    while model.elapsed < model.until:
+        model.step()
+        worst = max(worst, model.errors()["l2_error"])
+    assert len(model.remesh.times) == 2
+    assert model.errors()["l2_error"] <= worst < 1.5e-4
+
+
 @pytest.mark.parametrize("scheme", ["accurate", "conservative"])
 def test_nothing_leaves_a_box(scheme):
     problem = PROBLEMS["box"]

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from apmethod import DiffusingParticle, FieldModel, Mirrored, Open, Periodic
+from apmethod import DiffusingParticle, Domain, FieldModel, Mirrored, Open
 from apmethod.bench.error.problems import HUMPS, PROBLEMS, shear
 from apmethod.bench.error.solutions import Mixture
-from apmethod.field.remesh import m6, spread
+from apmethod.field.remesh import keeping_moments
 
 BOX = (-1.0, 1.0, -1.0, 1.0)
 
@@ -21,27 +21,97 @@ def scene(count=900, **options):
     return FieldModel(hump, BOX, particles=count, accuracy="accurate", rng=3, **options)
 
 
-@given(x=st.floats(0.0, 1.0))
-@settings(max_examples=40, deadline=None)
-def test_m6_keeps_moments_up_to_the_second(x):
-    nodes = np.arange(-4, 6)
-    weights = np.array([m6(x - node) for node in nodes])
-    for power in range(3):
-        assert weights @ nodes**power == pytest.approx(x**power, abs=1e-12)
+def moments(places, masses):
+    return np.array([masses.sum(), *masses @ places])
 
 
-@pytest.mark.parametrize("domain", [Open(), Mirrored((0, 0), (1, 1)), Periodic((0, 0), (1, 1))])
-def test_spreading_keeps_the_mass(domain):
-    draw = np.random.default_rng(2)
-    positions, masses = draw.random((200, 2)), draw.random(200)
-    if domain.is_open:
-        positions = 0.3 + 0.4 * positions
-    shift = 0.5 if domain.borders[0] == "mirrored" else 0.0
-    nodes = spread(positions, masses, (shift / 12,) * 2, (1 / 12,) * 2, (12, 12), domain.kinds)
-    assert nodes.sum() == pytest.approx(masses.sum())
-    if domain.is_open:
-        x = np.arange(12) / 12
-        assert x @ nodes.sum(axis=1) == pytest.approx(masses @ positions[:, 0])
+@given(
+    seed=st.integers(0, 10**6),
+    count=st.integers(1, 30),
+    line=st.sampled_from([None, 0.0, 0.3]),
+)
+@settings(max_examples=60, deadline=None)
+def test_mending_keeps_mass_and_centre_and_no_mass_is_negative(seed, count, line):
+    draw = np.random.default_rng(seed)
+    places, masses = draw.normal(size=(count, 2)), draw.random(count) + 1e-3
+    if line is not None:
+        places[:, 1] = 0.1 + line * places[:, 0]
+    # Masses that are a little off, as a reading is.
+    weights = masses * (1.0 + 0.1 * draw.uniform(-1.0, 1.0, count))
+    found = keeping_moments(places, masses, places, weights, Open())
+    assert found.min() > 0.0
+    assert found.sum() == pytest.approx(weights.sum(), rel=1e-13)
+    change = found / masses * (masses.sum() / weights.sum()) - 1.0
+    if np.abs(change).max() < 0.49:
+        assert moments(places, found) == pytest.approx(moments(places, weights), abs=1e-12)
+
+
+def test_mending_stays_within_half_of_a_mass_and_leaves_periodic_axes_alone():
+    places = np.array([[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]])
+    far = keeping_moments(places, np.ones(3), places + 1.0, np.ones(3), Open())
+    assert far.sum() == pytest.approx(3.0)
+    assert np.abs(far - 1.0).max() == pytest.approx(0.5)
+    weights = np.array([1.0, 1.1, 0.9])
+    domain = Domain((-1, -1), (1, 1), ("periodic", "bounded"))
+    one = keeping_moments(places, np.ones(3), places, weights, domain)
+    assert one[0] == pytest.approx(one[1])
+    assert one @ places[:, 1] == pytest.approx(weights @ places[:, 1])
+
+
+def test_laying_anew_from_a_strained_lattice_is_of_high_order():
+    """A shear by 0.9 is a strain of 0.44: as far as the accurate scheme lets it go."""
+    counts, errors = (900, 1800, 3600), []
+    for count in counts:
+        model = scene(count)
+        x, y = model.particles.position.T
+        model.particles.assign("position", np.column_stack([x + 0.9 * y, y]))
+        model.remesh.lay_anew()
+        x, y = model.particles.position.T
+        exact = hump(x - 0.9 * y, y)
+        off = model.particles.mass / model.spacing**2 - exact
+        errors.append(np.sqrt((off**2).sum() / (exact**2).sum()))
+    order = -np.polyfit(0.5 * np.log(counts), np.log(errors), 1)[0]
+    assert 3.5 < order < 7.0
+    assert errors[-1] < 4e-5
+
+
+def walled(borders, count=1600):
+    """A wave between walls, drawn along them and across periodic sides; and its masses anew."""
+    domain = Domain((0, 0), (1, 1), borders)
+    across, drawn = borders.index("periodic"), 0.28
+
+    def wave(x, y):
+        along, up = (x, y) if across == 0 else (y, x)
+        return 1.0 + 0.5 * np.cos(2.0 * np.pi * along) * np.cos(np.pi * up)
+
+    model = FieldModel(wave, (0, 1, 0, 1), particles=count, accuracy="accurate", domain=domain)
+    places = np.array(model.particles.position)
+    places[:, across] += drawn * np.cos(np.pi * places[:, 1 - across])
+    places[:, across] %= 1.0
+    model.particles.assign("position", places)
+    assert model.remesh.strain() > 0.3
+    mass = model.particles.mass.sum()
+    model.remesh.lay_anew()
+    assert model.particles.mass.sum() == pytest.approx(mass, rel=1e-13)
+    places = np.array(model.particles.position)
+    places[:, across] -= drawn * np.cos(np.pi * places[:, 1 - across])
+    return model, wave(*places.T)
+
+
+@pytest.mark.parametrize(
+    "borders", [("periodic", "mirrored"), ("mirrored", "periodic"), ("periodic", "bounded")]
+)
+def test_laying_anew_sees_across_sides_and_the_mirror_behind_walls(borders):
+    model, exact = walled(borders)
+    density = model.particles.mass * len(model.particles)  # the square is of area 1
+    assert density == pytest.approx(exact, abs=1e-5)
+
+
+def test_what_weighs_nothing_is_left_where_it_is():
+    model = scene(50)
+    model.particles.assign("mass", np.zeros(50))
+    model.remesh.lay_anew()
+    assert len(model.particles) == 50
 
 
 def test_the_strain_is_that_of_the_lattice():
@@ -69,8 +139,9 @@ def test_laying_anew_keeps_mass_centre_and_field():
     model.remesh.lay_anew()
     after = model.diagnostics()
     assert after["mass"] == pytest.approx(before["mass"], rel=1e-13)
-    assert after["centroid_x"] == pytest.approx(before["centroid_x"], abs=1e-4)
-    assert np.abs(model.field(*grid) - field).max() < 3e-3 * field.max()
+    for name in ("centroid_x", "centroid_y"):
+        assert after[name] == pytest.approx(before[name], abs=1e-14)
+    assert np.abs(model.field(*grid) - field).max() < 8e-4 * field.max()
     assert model.remesh.strain() == pytest.approx(0.0, abs=1e-9)
 
 
@@ -99,7 +170,7 @@ def test_a_sheared_scene_is_laid_anew_and_gains_by_it():
             model.step()
         errors[remesh] = model.errors()["l2_error"]
         assert (model.remesh is not None and len(model.remesh.times) > 1) == (remesh is None)
-    assert errors[None] < 0.3 * errors[0.0]
+    assert errors[None] < min(1.6e-3, 0.2 * errors[0.0])
 
 
 def test_a_rotating_scene_is_never_laid_anew():

@@ -6,12 +6,11 @@ compiling and the evaluation of the error are outside it; assembly and factorisa
 a finite-element code cannot do without, are inside.  Short runs are repeated and the
 shortest time counts.
 
-Each run is written to ``runs.jsonl`` as it ends, and read from there the next time.
+Each run is kept as it ends, and read again the next time.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
@@ -23,6 +22,7 @@ from apmethod.bench.error import freefem, scikit_fem
 from apmethod.bench.error.compare import comparisons, orders
 from apmethod.bench.error.problem import Problem
 from apmethod.bench.error.problems import PROBLEMS
+from apmethod.bench.kept import Kept
 from apmethod.bench.results import machine
 from apmethod.bench.timing import Progress, Report
 from apmethod.compile import threads
@@ -89,7 +89,7 @@ def study(
     if unknown:
         raise ValueError(f"problem is {unknown[0]!r}; it must be one of {', '.join(PROBLEMS)}")
     elements = freefem if freefem.executable() else scikit_fem if scikit_fem.installed() else None
-    kept = _Kept(folder)
+    kept = Kept(folder)
     plan = [
         (PROBLEMS[name], contender)
         for name in problems
@@ -114,34 +114,11 @@ def study(
     }
 
 
-class _Kept:
-    """Finished runs on disk, by what they were runs of."""
-
-    def __init__(self, folder: Path | None):
-        self._path = folder / "runs.jsonl" if folder else None
-        self._runs: dict[str, Run] = {}
-        if self._path and self._path.exists():
-            for line in self._path.read_text().splitlines():
-                entry = json.loads(line)
-                self._runs[entry["key"]] = entry["run"]
-
-    def or_made(self, key: Mapping[str, Any], make: Callable[[], Run]) -> Run:
-        """The run of that key, made if it is not there."""
-        text = json.dumps({**key, "threads": threads(), "machine": machine()}, sort_keys=True)
-        if text not in self._runs:
-            self._runs[text] = make()
-            if self._path:
-                self._path.parent.mkdir(parents=True, exist_ok=True)
-                with open(self._path, "a") as file:
-                    file.write(json.dumps({"key": text, "run": self._runs[text]}) + "\n")
-        return self._runs[text]
-
-
 # -- agents ----------------------------------------------------------------------------
 
 
 def _agents(
-    problem: Problem, scheme: str, sizes: Sequence[int], kept: _Kept, patience: float
+    problem: Problem, scheme: str, sizes: Sequence[int], kept: Kept, patience: float
 ) -> list[Run]:
     options, largest = SCHEMES[scheme]
     warm: list[None] = []
@@ -190,7 +167,7 @@ def run_agents(problem: Problem, scheme: str, size: int, seed: int = 1) -> Run:
 
 
 def _elements(
-    library: Any, problem: Problem, scheme: str, edges: Sequence[int], kept: _Kept,
+    library: Any, problem: Problem, scheme: str, edges: Sequence[int], kept: Kept,
     patience: float,
 ) -> list[Run]:  # fmt: skip
     rows: list[Run] = []

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
+from apmethod.bench.kept import Kept
 from apmethod.bench.results import machine
 from apmethod.bench.stability import limits, long_runs, scales, starts
 from apmethod.bench.timing import Progress, Report
@@ -15,14 +17,30 @@ from apmethod.run.scenes import shipped_scenes
 _SPACINGS = (0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.4)
 _SHARES = (0.3, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.3, 1.6, 2.0)
 
-Part = Callable[[], list[dict[str, Any]]]
+Row = dict[str, Any]
 
 
-def study(quick: bool = False, report: Report | None = None) -> dict[str, Any]:
+class Part(NamedTuple):
+    """What makes a row of the study, or several, and its settings."""
+
+    make: Callable[..., Row | list[Row]]
+    settings: dict[str, Any]
+
+    def rows(self, kept: Kept) -> list[Row]:
+        """The rows, made if they are not kept."""
+        key = {"part": self.make.__name__, **self.settings}
+        rows = kept.or_made(key, lambda: self.make(**self.settings))
+        return rows if isinstance(rows, list) else [rows]
+
+
+def study(
+    quick: bool = False, folder: Path | None = None, report: Report | None = None
+) -> dict[str, Any]:
     """Make the whole study.
 
     Args:
         quick: fewer schemes, sizes and steps, and no scenes.
+        folder: where finished parts are kept; None for nowhere.
         report: called with the share done and the parts made.
 
     Returns:
@@ -31,9 +49,10 @@ def study(quick: bool = False, report: Report | None = None) -> dict[str, Any]:
     """
     parts = _quick() if quick else _full()
     progress = Progress(report, [1] * len(parts))
-    rows: list[dict[str, Any]] = []
+    kept = Kept(folder)
+    rows: list[Row] = []
     for part in parts:
-        rows += part()
+        rows += part.rows(kept)
         progress.made(1)
     return {
         "benchmark": "stability",
@@ -45,7 +64,7 @@ def study(quick: bool = False, report: Report | None = None) -> dict[str, Any]:
     }
 
 
-def margin(rows: list[dict[str, Any]]) -> dict[str, float]:
+def margin(rows: list[Row]) -> dict[str, float]:
     """Share of its limit that a chosen step takes, and the least limit measured over theory."""
     off_lattice = [row for row in rows if row["study"] == "start"]
 
@@ -63,39 +82,49 @@ def margin(rows: list[dict[str, Any]]) -> dict[str, float]:
 def _full() -> list[Part]:
     schemes = starts.SCHEMES
     return [
-        *((lambda each=each: [limits.limit(each)]) for each in limits.SCHEMES),
-        *(
-            (lambda each=each, h=h: limits.growths(each, [h], _SHARES))
-            for each, _ in schemes.values()
-            for h in _SPACINGS
-        ),
-        *((lambda name=name: starts.disorder(name, 7)) for name in schemes),
-        *((lambda name=name: starts.mass_ratios(name, range(1, 9), 7)) for name in schemes),
-        *((lambda name=name: scales.units(name, (0, *range(-9, 0), *range(1, 4)), 1000))
+        *(Part(limits.limit, {"scheme": each}) for each in limits.SCHEMES),
+        *_maps(schemes, _SPACINGS, _SHARES),
+        *(Part(starts.disorder, {"name": name, "halvings": 7}) for name in schemes),
+        *(Part(starts.mass_ratios, {"name": name, "decades": [*range(1, 9)], "halvings": 7})
           for name in schemes),
-        *((lambda name=name: scales.peclet(name, [10.0**-k for k in range(1, 11)], 1000))
-          for name in schemes),
-        lambda: [long_runs.at_rest(100_000)],
-        *((lambda name=name: [long_runs.turning(name, 100_000)])
+        *_scales(schemes, [0, *range(-9, 0), *range(1, 4)], [10.0**-k for k in range(1, 11)], 1000),
+        Part(long_runs.at_rest, {"steps": 100_000}),
+        *(Part(long_runs.turning, {"accuracy": name, "steps": 100_000})
           for name in ("conservative", "accurate")),
-        *((lambda name=name: [long_runs.scene(name)]) for name in shipped_scenes()),
+        *(Part(long_runs.scene, {"name": name}) for name in shipped_scenes()),
     ]  # fmt: skip
 
 
 def _quick() -> list[Part]:
     names = ("conservative", "accurate")
     return [
-        *((lambda each=each: [limits.limit(each)]) for each in limits.QUICK),
-        *(
-            (lambda name=name, h=h: limits.growths(starts.SCHEMES[name][0], [h], _SHARES[::3]))
-            for name in names
-            for h in _SPACINGS[1::2]
-        ),
-        lambda: starts.disorder("conservative", 5),
-        *((lambda name=name: starts.mass_ratios(name, (8,), 5)) for name in names),
-        *((lambda name=name: scales.units(name, (0, -9, -6, -3, 3), 500)) for name in names),
-        *((lambda name=name: scales.peclet(name, (1e-2, 1e-4, 1e-6, 1e-9), 500))
+        *(Part(limits.limit, {"scheme": each}) for each in limits.QUICK),
+        *_maps(names, _SPACINGS[1::2], _SHARES[::3]),
+        Part(starts.disorder, {"name": "conservative", "halvings": 5}),
+        *(Part(starts.mass_ratios, {"name": name, "decades": [8], "halvings": 5})
           for name in names),
-        lambda: [long_runs.at_rest(2000)],
-        lambda: [long_runs.turning("conservative", 1000)],
+        *_scales(names, [0, -9, -6, -3, 3], [1e-2, 1e-4, 1e-6, 1e-9], 500),
+        Part(long_runs.at_rest, {"steps": 2000}),
+        Part(long_runs.turning, {"accuracy": "conservative", "steps": 1000}),
     ]  # fmt: skip
+
+
+def _maps(names: Iterable[str], spacings: Sequence[float], shares: Sequence[float]) -> list[Part]:
+    return [
+        Part(limits.growths, {"scheme": starts.SCHEMES[name][0], "spacings": [h], "shares": shares})
+        for name in names
+        for h in spacings
+    ]
+
+
+def _scales(
+    names: Iterable[str], decades: Sequence[int], diffusivities: Sequence[float], particles: int
+) -> list[Part]:
+    return [
+        Part(make, {"accuracy": name, **settings, "particles": particles})
+        for make, settings in (
+            (scales.units, {"decades": decades}),
+            (scales.peclet, {"diffusivities": diffusivities}),
+        )
+        for name in names
+    ]
