@@ -30,6 +30,14 @@ class Times:
         """The shortest, the least disturbed by whatever else the machine did."""
         return min(self.seconds)
 
+    def over(self, other: Times) -> float:
+        """How many times as long as another contender took, the median over the rounds.
+
+        The two of one round met the same moments of the machine; a machine that changes its
+        pace between rounds changes the medians of either more than this.
+        """
+        return median(a / b for a, b in zip(self.seconds, other.seconds, strict=True))
+
 
 def stopwatch(action: Callable[[], object]) -> float:
     """Seconds that ``action()`` takes, without pauses of the garbage collector.

@@ -80,6 +80,12 @@ class SortedCells:
         east, north = np.clip(place, -(2.0**40), 2.0**40).astype(np.int64).T
         return _sparse_runs(east, north, self.grid, self.level, self.start, self.number)
 
+    def of_kind(self, kind: int) -> np.ndarray:
+        """The entries of a kind, REAL, WRAPPED or MIRROR."""
+        if len(self.image):
+            return np.flatnonzero(self.image == kind)
+        return np.arange(len(self.row) if kind == REAL else 0)
+
     def places(self) -> tuple[np.ndarray, np.ndarray]:
         """x and y of all entries, images where they are seen."""
         if not len(self.image):

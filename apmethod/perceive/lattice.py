@@ -71,6 +71,7 @@ class QuadLattice(MesaSpace):
         self.core_radius = core_radius
         self.skin = Skin(skin)
         self._cells: SortedCells | None = None
+        self._vicinity: Vicinity | None = None  # made when an agent asks
         self._changes = -1
         self._warned = False
         #: What agents do not perceive through, if there is anything.
@@ -128,7 +129,9 @@ class QuadLattice(MesaSpace):
         if self._cells.longest > _CROWD and not self._warned:
             self._warned = True
             warnings.warn(self._crowd_warning(), stacklevel=2)
-        self._vicinity = Vicinity(self._cells, self.particles._agents)
+        self._vicinity = None
+        #: Whether whoever is within the core radius is a neighbour.
+        self._all_count = self.obstacles is None and not self.own_radii
 
     def _search(self) -> SortedCells:
         """Sort all agents, or take the last search where it still serves."""
@@ -250,13 +253,15 @@ class QuadLattice(MesaSpace):
 
     def place_of(self, agent: AgentParticle) -> tuple[float, float]:
         """Where the agent stood when the agents last perceived."""
-        x, y, _ = self._around(agent)
+        x, y, *_ = self._around(agent)
         return x, y
 
-    def _around(self, agent: AgentParticle) -> tuple[float, float, int]:
-        """Where the agent stood, and in which of the occupied sub-domains."""
+    def _around(self, agent: AgentParticle) -> tuple[float, float, int, int, int, int, int]:
+        """Where the agent stood and what is around, see `Vicinity.places`."""
         if self._is_stale:
             self.take_down()
+        if self._vicinity is None:
+            self._vicinity = Vicinity(self._cells, self.particles._agents)
         return self._vicinity.places[self.particles.row(agent)]
 
     def displacement(self, agent: AgentParticle, other: AgentParticle) -> tuple[float, float]:
@@ -273,14 +278,22 @@ class QuadLattice(MesaSpace):
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
         """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2), in sight."""
-        x, y, cell = self._around(agent)
-        radius_2 = self._cells.core_radius * self._cells.core_radius
-        neighbours = [
-            other
-            for other, other_x, other_y, shift_x, shift_y in self._vicinity.potential(cell)
-            if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2
-        ]
-        neighbours.remove(agent)
+        x, y, _, begin, end, first, last = self._around(agent)
+        vicinity, radius = self._vicinity, self._cells.core_radius
+        radius_2 = radius * radius
+        neighbours = []
+        for other, other_x, other_y in vicinity.potential[begin:end]:
+            if distance_2(x - other_x, y - other_y) < radius_2 and other is not agent:
+                neighbours.append(other)
+        for other, other_x, other_y, shift_x, shift_y in vicinity.images[first:last]:
+            if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2:
+                neighbours.append(other)
+        return neighbours if self._all_count else self._that_count(agent, neighbours)
+
+    def _that_count(
+        self, agent: AgentParticle, neighbours: list[AgentParticle]
+    ) -> list[AgentParticle]:
+        """Those of the agents within the (largest) core radius that are in reach and in sight."""
         lines = self._lines_to(agent)
         if lines is not None:
             row = self.particles.row
@@ -300,7 +313,7 @@ class QuadLattice(MesaSpace):
             return [(agents[row], *image) for row, *image in lines.mirrored]
         if not len(cells.image):
             return []
-        x, y, place = self._around(agent)
+        x, y, place, *_ = self._around(agent)
         found = []
         for begin, end in zip(cells.low[place], cells.high[place], strict=True):
             for k in range(begin, end):

@@ -12,6 +12,7 @@ from apmethod.bench.aggregation import dispersion, gatherings
 from apmethod.bench.aggregation import study as aggregation
 from apmethod.bench.cloud import Cloud, core_radius_for
 from apmethod.bench.mesa_spaces import SPACES
+from apmethod.bench.neighbours import report as neighbours_report
 from apmethod.bench.neighbours import study as neighbours
 from apmethod.bench.obstacles import study as obstacles
 from apmethod.bench.population import candidates, exchange, population, put, take
@@ -68,6 +69,7 @@ def test_neighbours(capsys, tmp_path):
         assert row["median_seconds"] >= row["minimum_seconds"] > 0.0
         assert row["gain_in_time"] is None or row["algorithm"] != "A1"
     assert {row["contender"] for row in results["mesa"]} > set(SPACES)
+    assert [len(cells) for _, _, cells in neighbours_report.tables(results)] == [6, 4, 4]
 
 
 @pytest.mark.parametrize("level", [0, 1, 2])

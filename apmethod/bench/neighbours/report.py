@@ -44,14 +44,14 @@ def _levels(rows: list[dict[str, Any]]) -> Table:
     cells = []
     for start in range(0, len(rows), 3):
         levels = rows[start : start + 3]
-        times = [ms(row["median_seconds"]) for row in levels]
+        medians = [ms(row["median_seconds"]) for row in levels]
         ratios = [
             times(row[name])
             for row in levels[1:]
             for name in ("gain_in_time", "gain_in_candidates")
         ]
-        cells.append((levels[0]["agents"], levels[0]["tier"], *times, *ratios))
-    return "time per step, medians (the paper's ratios: 1.251 and 1.23)", head, cells
+        cells.append((levels[0]["agents"], levels[0]["tier"], *medians, *ratios))
+    return "medians of times and of a step's ratios (the paper's: 1.251 and 1.23)", head, cells
 
 
 def _mesa(found: list[dict[str, Any]]) -> Table:

@@ -178,12 +178,12 @@ def _at_size(size: int, steps: int, seed: int, progress: Progress) -> list[dict[
 def _gain(
     tier: str, name: str, times: dict[str, Times], counted: dict[str, list[int]]
 ) -> dict[str, float | None]:
-    """How much faster than the level before, and how many times fewer candidates."""
+    """How many times faster than the level before, and how many times fewer candidates."""
     names = list(LEVELS)
     if name == names[0]:
         return {"gain_in_time": None, "gain_in_candidates": None}
     before = names[names.index(name) - 1]
     return {
-        "gain_in_time": times[f"{tier} {before}"].median / times[f"{tier} {name}"].median,
+        "gain_in_time": times[f"{tier} {before}"].over(times[f"{tier} {name}"]),
         "gain_in_candidates": sum(counted[before]) / sum(counted[name]),
     }
