@@ -111,8 +111,9 @@ def _add_obstacles(benchmarks: Any) -> None:
         benchmarks, "obstacles", _obstacles, "first walls on displacements (paper 2.5)",
         "10^5 short and long rays among octagons: kd-tree-domains by the surface area "
         "heuristic and by the median, no tree, and shapely's STRtree and Embree (pip install "
-        "shapely embreex) if they are installed; and one moving octagon, with planes that "
-        "follow it or a new tree. Sizes are numbers of walls.",
+        "shapely embreex) if they are installed; one moving octagon, with planes that follow "
+        "it or a new tree; and what 1000 obstacles far from all agents add to a step. Sizes are "
+        "numbers of walls.",
     )  # fmt: skip
     parser.add_argument("--rounds", type=int, help="runs of each contender (default: 7)")
 

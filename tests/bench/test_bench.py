@@ -50,6 +50,9 @@ def test_obstacles(capsys, tmp_path):
         assert row["other_hits"] == 0
         assert row["skipped"] > (0.5 if row["rays"] == "short" else 0.0)
     assert len(results["moving"]) == 2
+    assert {(row["agents"], row["moving"]) for row in results["far"]} == {
+        (agents, moving) for agents in (2000, 16_000) for moving in (0, 10)
+    }
 
 
 def test_a_peer_that_finds_other_walls_is_refused(monkeypatch):

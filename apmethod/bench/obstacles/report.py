@@ -18,15 +18,20 @@ _MOVING = (
     "follow: planes go along with walls, least and mean of all steps.  anew: a new tree, as "
     "peers must.  share: of the means.  broken: steps in which a domain disappeared."
 )
+_FAR = (
+    "diffusion, Euler, 28 neighbours, steps in turn: medians without and with obstacles on all "
+    "sides that nobody is near, and the ratios of the medians and of the least."
+)
 
 
 def tables(results: dict[str, Any]) -> list[Table]:
-    """First walls on short and on long rays, and obstacles that move."""
+    """First walls on short and on long rays, obstacles that move, and far ones."""
     rows = results["rows"]
     return [
         _hits("short rays, as long as an agent's step", groups(rows, "rays")["short"]),
         _hits("long rays, from anywhere to anywhere", groups(rows, "rays")["long"]),
         _moving(results["moving"]),
+        _far(results["far"]),
     ]
 
 
@@ -64,6 +69,23 @@ def _moving(rows: list[dict[str, Any]]) -> Table:
         for row in rows
     ]
     return f"index work of a step in which octagons move, ms\n{_MOVING}", head, cells
+
+
+def _far(rows: list[dict[str, Any]]) -> Table:
+    head = ("agents", "obstacles", "moving", "without", "with", "ratio", "of least")
+    cells = [
+        (
+            row["agents"],
+            row["obstacles"],
+            row["moving"],
+            ms(row["step_median_seconds"]),
+            ms(row["with_median_seconds"]),
+            f"{row['ratio_of_medians']:.3f}",
+            f"{row['ratio_of_minima']:.3f}",
+        )
+        for row in rows
+    ]
+    return f"a step with obstacles far from all agents, ms\n{_FAR}", head, cells
 
 
 def draw(results: dict[str, Any], path: Path) -> None:

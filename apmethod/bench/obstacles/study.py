@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from apmethod import Obstacles
+from apmethod.bench.obstacles.far import far
 from apmethod.bench.obstacles.finders import (
     Finder,
     Ours,
@@ -27,6 +28,9 @@ from apmethod.bench.timing import Progress, Report, alternate, stopwatch
 #: Numbers of walls, eight to an octagon.
 SIZES = (104, 1000, 8000, 100_000)
 RAYS = 100_000
+#: Numbers of agents far from obstacles, and rounds for each that is asked for.
+FAR_AGENTS = (2000, 16_000)
+_FAR_ROUNDS = 10
 #: A contender that would take longer than so many seconds for all rays is given fewer.
 _LONGEST = 0.5
 _FEWEST = 300
@@ -38,6 +42,7 @@ def study(
     count: int = RAYS,
     seed: int = 0,
     report: Report | None = None,
+    agents: Sequence[int] = FAR_AGENTS,
 ) -> dict[str, Any]:
     """Check and time all contenders that are installed.
 
@@ -47,6 +52,7 @@ def study(
         count: rays a run.
         seed: of places.
         report: called with the share done and the rounds made.
+        agents: numbers of agents whose steps are timed with obstacles far away.
 
     Raises:
         Disagreement: if ours finds another first wall than trying all of them on any ray that
@@ -63,10 +69,17 @@ def study(
     return {
         "benchmark": "obstacles",
         "machine": machine(),
-        "settings": {"sizes": list(sizes), "rounds": rounds, "rays": count, "seed": seed},
+        "settings": {
+            "sizes": list(sizes),
+            "rounds": rounds,
+            "rays": count,
+            "seed": seed,
+            "agents": list(agents),
+        },
         "checked": "each contender finds the same first walls on all rays that it is given",
         "rows": rows,
         "moving": movers,
+        "far": [row for number in agents for row in far(number, _FAR_ROUNDS * rounds, seed)],
     }
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from apmethod.move.obstacles.behaviour import ABSORB, SLIDE, STICK, answer_of
 from apmethod.move.obstacles.borrowing import borrowing, called, exact
 from apmethod.move.obstacles.predicates import orientation
-from apmethod.move.obstacles.rays import BEFORE, contains, find_domain, first_hit, place_of, to_wall
+from apmethod.move.obstacles.rays import BEFORE, find_domain, first_hit, place_of, to_wall
 
 #: An agent that is still bouncing after so many legs rests where it is.
 MOST_LEGS = 64
@@ -40,19 +40,21 @@ class Bodies(NamedTuple):
 
 
 @exact
-def leg_end(x, y, dx, dy, along_x, along_y):
+def leg_end(x, y, to_x, to_y, along_x, along_y):
     """Where a leg ends: (x, y, share of the displacement, side of the domain's border or -1)."""
     share, side = 1.0, -1
     for axis in range(2):
         lower, upper, kind = along_x if axis == 0 else along_y
-        here, way = (x, dx) if axis == 0 else (y, dy)
-        if kind == 0 or (lower <= here + way and here + way <= upper):
+        here, there = (x, to_x) if axis == 0 else (y, to_y)
+        if kind == 0 or (lower <= there and there <= upper):
             continue
-        border = lower if way < 0.0 else upper
-        part = max((border - here) / way, 0.0)
+        border = lower if there < here else upper
+        part = max((border - here) / (there - here), 0.0)
         if part < share or side < 0:
-            share, side = part, (axis if way < 0.0 else axis + 2)
-    end_x, end_y = x + share * dx, y + share * dy
+            share, side = part, (axis if there < here else axis + 2)
+    if side < 0:
+        return to_x, to_y, share, side
+    end_x, end_y = x + share * (to_x - x), y + share * (to_y - y)
     if side == 0 or side == 2:
         end_x = along_x[0] if side == 0 else along_x[1]
     elif side == 1 or side == 3:
@@ -149,8 +151,8 @@ def carry_with(functions: tuple[Callable, ...]) -> Callable:
     answer = answer_of(functions)
 
     @called
-    def carry(tree, walls, bodies, now, how, domain, x, y, dx, dy, u, v, along_x, along_y):
-        """Carry an agent in leaf ``domain`` along (dx, dy); (u, v) is its velocity.
+    def carry(tree, walls, bodies, now, how, domain, x, y, to_x, to_y, u, v, along_x, along_y):
+        """Carry an agent in leaf ``domain`` to (to_x, to_y); (u, v) is its velocity.
 
         Returns:
             (x, y, u, v, its leaf, fate, obstacle that it sticks to or -1, walls tried, whether
@@ -159,9 +161,10 @@ def carry_with(functions: tuple[Callable, ...]) -> Callable:
         fate, held, tried, touched = FREE, -1, 0, False
         clearance = bodies.clearance
         for _ in range(MOST_LEGS):
+            dx, dy = to_x - x, to_y - y
             if dx == 0.0 and dy == 0.0:
                 break
-            qx, qy, part, side = leg_end(x, y, dx, dy, along_x, along_y)
+            qx, qy, part, side = leg_end(x, y, to_x, to_y, along_x, along_y)
             share, wall, count = first_hit(tree, walls, now, domain, x, y, qx, qy)
             tried += count
             if wall < 0:
@@ -197,6 +200,7 @@ def carry_with(functions: tuple[Callable, ...]) -> Callable:
                 else:
                     dy = 0.0 if how == SLIDE else -dy
                     v = -v
+                to_x, to_y = x + dx, y + dy
                 continue
             touched = True
             hit_x, hit_y = x + share * (qx - x), y + share * (qy - y)
@@ -224,6 +228,7 @@ def carry_with(functions: tuple[Callable, ...]) -> Callable:
             dx, dy = dx - along * ny, dy + along * nx
             if not (np.isfinite(dx) and np.isfinite(dy)):
                 return dx, dy, u, v, domain, fate, held, tried, touched
+            to_x, to_y = x + dx, y + dy
         return x, y, u, v, domain, fate, held, tried, touched
 
     return carry
@@ -249,15 +254,8 @@ def carry_all_with(functions: tuple[Callable, ...]) -> Callable:
             if not (np.isfinite(qx) and np.isfinite(qy)):
                 continue  # the step fails for it
             domain = find_domain(tree, domains[row], x, y)
-            domains[row] = domain
-            if (
-                tree.first[domain] == tree.last[domain]
-                and contains(tree.limits, domain, qx, qy)
-                and within(qx, qy, along_x, along_y)
-            ):
-                continue  # nothing to meet
             x, y, u, v, domain, fate[row], stuck, count, _ = carry(
-                tree, walls, bodies, BEFORE, how, domain, x, y, qx - x, qy - y,
+                tree, walls, bodies, BEFORE, how, domain, x, y, qx, qy,
                 velocity[row, 0], velocity[row, 1], along_x, along_y,
             )  # fmt: skip
             position[row, 0], position[row, 1] = x, y

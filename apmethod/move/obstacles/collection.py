@@ -11,6 +11,7 @@ from apmethod.checks import finite_number
 from apmethod.compile import in_blocks, plain
 from apmethod.errors import StepFailed
 from apmethod.move.obstacles.carry import BEHAVE, FREE, STOP
+from apmethod.move.obstacles.clear import GROUP, who_may_meet
 from apmethod.move.obstacles.questions import Questions
 from apmethod.move.obstacles.rays import RAYS_A_BLOCK
 from apmethod.move.obstacles.shapes import Obstacle
@@ -54,8 +55,8 @@ class Obstacles(Questions):
     Attributes:
         tree: the kd-tree-domains' arrays.
         clearance: how far in front of walls agents are kept, a length.
-        rebuilds: in how many steps a domain has disappeared, so that its part of the tree was
-            built again, and how often an obstacle has come or gone.
+        rebuilds: how often planes have followed obstacles and a domain has disappeared, so that
+            its part of the tree was built again, and how often an obstacle has come or gone.
         absorbed: how many agents have been absorbed in all.
         absorbed_mass: the mass that walls have taken, of these agents and of others.
         squeezed: (time, agent's id, place, obstacle) of each agent that was removed.
@@ -87,6 +88,10 @@ class Obstacles(Questions):
         self.absorbed_mass = 0.0
         #: Mass that walls have taken of agents beside them in this step.
         self.taken_mass = 0.0
+        #: Whether agents have been carried in this step that may have met something.
+        self._met = False
+        #: Whether all agents have arrived where nothing is near.
+        self._clear = False
         self.squeezed: list[tuple[float, int, tuple[float, float], Obstacle]] = []
         self._particles: Particles | None = None
         rules = Rules(
@@ -151,15 +156,14 @@ class Obstacles(Questions):
     # -- a step ------------------------------------------------------------------------
 
     def begin(self, time: float, dt: float) -> None:
-        """Find where moving obstacles will go in a step, and let planes follow them."""
+        """Find where moving obstacles will go in a step."""
         self.time = time
-        self._particles.array("_fate")[:] = FREE
-        self._particles.array("_tried")[:] = 0
-        if not self._moving:
-            return
+        if self._met:
+            self._particles.array("_fate")[:] = FREE
+            self._particles.array("_tried")[:] = 0
+            self._met = False
+        self._clear = False
         self._place_movers(time + dt, dt)
-        self.tree, parts = self.moved_tree()
-        self.rebuilds += parts > 0
 
     def carry(self, rows: np.ndarray, velocity: str, *, trial: bool, in_python: bool) -> None:
         """Carry agents from where the step began to where they want to be, as walls allow.
@@ -170,18 +174,45 @@ class Obstacles(Questions):
             trial: stop in front of the first wall, as places to perceive from do.
             in_python: run the lines in Python.
         """
-        columns = [self._particles.array(n) for n in ("_start", "position", velocity)]
+        start, position = self._particles.array("_start"), self._particles.array("position")
+        columns = start, position, self._particles.array(velocity)
+        everybody = len(rows) == len(position)
+        rows = self._who_may_meet(rows, start, position, in_python)
+        self._clear = everybody and not len(rows)
         self._run(self._carry_all, rows, in_python, STOP if trial else BEHAVE, *columns)
 
     def sweep(self, velocity: str, *, in_python: bool = False) -> None:
         """Move the obstacles, while all agents rest."""
-        if not self._moving:
+        if not self._moving or self._clear:
             return
-        rows = np.arange(len(self._particles))
-        columns = [self._particles.array(n) for n in ("position", velocity)]
+        position = self._particles.array("position")
+        rows = np.arange(len(position))
+        rows = self._who_may_meet(rows, position, position, in_python)
+        columns = position, self._particles.array(velocity)
         self._run(self._sweep_all, rows, in_python, self._movers, *columns)
 
+    def _who_may_meet(
+        self, rows: np.ndarray, start: np.ndarray, position: np.ndarray, in_python: bool
+    ) -> np.ndarray:
+        """Those of the rows whose agents may meet something between two places."""
+        groups = -(-len(rows) // GROUP)
+        may, boxes = np.empty(len(rows), np.bool_), np.empty((groups, 4))
+        own = [self._particles.array(n) for n in ("_domain", "_held", "_fate")]
+        limits, tree = self._domain.limits, self._tree
+        while True:
+            arguments = (groups, rows, tree, *limits, start, position, *own, may, boxes)
+            if in_python:
+                plain(who_may_meet)(0, *arguments)
+            else:
+                in_blocks(who_may_meet, *arguments, least=RAYS_A_BLOCK // GROUP)
+            known, tree = tree, self.tree_for(boxes)
+            if tree is known:
+                return rows[may]
+
     def _run(self, run, rows: np.ndarray, in_python: bool, how, *columns: np.ndarray) -> None:
+        if not len(rows):
+            return
+        self._met = True
         along_x, along_y = self._domain.limits
         own = [self._particles.array(n) for n in ("_domain", "_held", "_fate", "_tried")]
         arguments = (
@@ -229,6 +260,14 @@ class Obstacles(Questions):
         Raises:
             StepFailed: if an agent has been left no place, and that is to stop the run.
         """
+        if self._met:
+            self._take_out(time, step)
+        self.absorbed_mass += self.taken_mass
+        self._stand()
+        self.time = time
+
+    def _take_out(self, time: float, step: int) -> None:
+        """Let agents leave that walls have absorbed or left no place."""
         squeezed = self._taken(self._particles.array("_fate") < FREE, lambda fate: -2 - fate)
         if squeezed and self.on_squeezed == "stop":
             agent, obstacle = squeezed[0]
@@ -246,11 +285,8 @@ class Obstacles(Questions):
             obstacle.absorbed += 1
             self.absorbed_mass += agent.mass
         self.absorbed += len(absorbed)
-        self.absorbed_mass += self.taken_mass
         for agent, _ in absorbed + squeezed:
             agent.remove()
-        self._stand()
-        self.time = time
 
     @property
     def takes_mass(self) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from apmethod.move.obstacles.behaviour import BEHAVIOURS, OWN_FUNCTION
 from apmethod.move.obstacles.carry import Bodies, carry_all_with
+from apmethod.move.obstacles.clear import apart, box_clear
 from apmethod.move.obstacles.moving import Movers, movers_of, place_all, sweep_all_with
 from apmethod.move.obstacles.planes import follow
 from apmethod.move.obstacles.rays import STILL, Walls
@@ -33,10 +34,9 @@ class Layout:
     Attributes:
         walls: of all obstacles, by number.
         bodies: what the obstacles do.
-        tree: the kd-tree-domains' arrays.
         clearance: how far in front of walls agents are kept, a length.
-        rebuilds: in how many steps a domain has disappeared, so that its part of the tree was
-            built again, and how often an obstacle has come or gone.
+        rebuilds: how often planes have followed obstacles and a domain has disappeared, so that
+            its part of the tree was built again, and how often an obstacle has come or gone.
         time: at which the obstacles stand where they do.
     """
 
@@ -93,6 +93,7 @@ class Layout:
             self.walls.ends[2, numbers] -= np.tile(obstacles[number].pivot, 2)
         scale = float(np.abs(self.walls.ends[0]).max(initial=0.0)) or 1.0
         self.clearance = CLEARANCE * scale
+        self._firsts = edges[self._moving]
         self.bodies = Bodies(
             np.array([codes[o.behaviour] for o in obstacles], np.int8),
             np.zeros((len(obstacles), 5)),
@@ -104,8 +105,13 @@ class Layout:
             [np.minimum(first, second) - margin, np.maximum(first, second) + margin], axis=1
         )
         self._movers: Movers | None = None
+        #: Whether obstacles have moved and planes have not followed them yet.
+        self._behind = False
         self._homes = leaves_of([np.arange(total)[self._slices[k]] for k in self._moving])
-        self._pivots = np.array([obstacles[k].pivot for k in self._moving])
+        movers = [obstacles[k] for k in self._moving]
+        self._pivots = np.array([each.pivot for each in movers])
+        self._rates = np.array([(*each.velocity, each.spin) for each in movers])
+        self._on_paths = [k for k, each in enumerate(movers) if each.path is not None]
         # The poses in which they stand, and those to which they go in this step.
         self._stand_at = self._go_to = np.empty((0, 3))
         self._place_movers(self.time, 0.0)
@@ -135,12 +141,15 @@ class Layout:
         """Ends, bounds and drift of the moving obstacles for a step of dt up to a time."""
         if not self._moving:
             return
-        end = np.array([self._obstacles[number].pose(time) for number in self._moving])
+        end = self._rates * time
+        for mover in self._on_paths:
+            end[mover] = self._obstacles[self._moving[mover]].pose(time)
         begin = self._stand_at if dt > 0.0 else end
         self._movers = movers_of(begin, end, self._moving, self._homes, self.bodies)
         margin = _MARGIN * self.clearance
         place_all(self._movers, begin, end, self._pivots, self.walls.ends, self._bounds, margin)
         self._go_to = end
+        self._behind = True
         if dt > 0.0:
             self.bodies.drift[self._moving, :3] = (end - begin) / dt
             self.bodies.drift[self._moving, 3:] = self._movers.poses[:, 0, :2]
@@ -152,8 +161,33 @@ class Layout:
             self._stand_at = self._go_to
 
     def _build(self) -> None:
-        self.tree = self.new_tree()
+        self._tree = self.new_tree()
+        self._behind = False
         self.rebuilds += 1
+
+    @property
+    def tree(self) -> Tree:
+        """The kd-tree-domains' arrays, for walls as they stand and move in this step."""
+        if self._behind:
+            self._tree, parts = self.moved_tree()
+            self._behind = False
+            self.rebuilds += parts > 0
+        return self._tree
+
+    def tree_for(self, boxes: np.ndarray) -> Tree:
+        """One that is as good as ``tree`` inside the box around some boxes, (n, 4).
+
+        Planes follow obstacles when somebody is near one of them: until then walls that move
+        are listed where they were, and all others where they are.
+        """
+        if self._behind and apart(boxes, self._bounds[self._firsts]):
+            return self._tree
+        return self.tree
+
+    def clear_of(self, west: float, south: float, east: float, north: float) -> bool:
+        """Whether no wall is in any domain that a box touches."""
+        tree = self.tree_for(np.array([[west, south, east, north]]))
+        return box_clear(tree, west, south, east, north)
 
     def new_tree(self) -> Tree:
         """A tree built for the walls as they stand and move in this step."""
@@ -164,7 +198,7 @@ class Layout:
         """The tree with planes that have followed moving walls, and how many parts are new."""
         walls, moving = self.walls.ends[0], self._whole
         return follow(
-            self.tree, walls, self._bounds, self._whole, moving, self._root, self._rules()
+            self._tree, walls, self._bounds, self._whole, moving, self._root, self._rules()
         )
 
     def _rules(self) -> Rules:

@@ -190,8 +190,8 @@ def sweep_all_with(functions: tuple[Callable, ...]) -> Callable:
                 x, y, domain = to_x, to_y, there
             else:
                 slid = carry(
-                    tree, walls, bodies, turn, SLIDE, domain, x, y, to_x - x, to_y - y, 0.0, 0.0,
-                    along_x, along_y,
+                    tree, walls, bodies, turn, SLIDE, domain, x, y, to_x, to_y, 0.0, 0.0, along_x,
+                    along_y,
                 )  # fmt: skip
                 x, y, domain = slid[0], slid[1], slid[4]
             end_x, end_y = to_own(movers.poses, turn, piece + 1, x, y)
@@ -224,7 +224,7 @@ def sweep_all_with(functions: tuple[Callable, ...]) -> Callable:
                 own_v = cosine * (v - wall_v) - sine * (u - wall_u)
                 end_x, end_y, own_u, own_v, _, fate, now_held, count, touched = carry(
                     movers.homes, walls, movers.bodies, OWN, BEHAVE, turn, own_x, own_y,
-                    to_x - own_x, to_y - own_y, own_u, own_v, NO_BORDER, NO_BORDER,
+                    to_x, to_y, own_u, own_v, NO_BORDER, NO_BORDER,
                 )  # fmt: skip
                 tried += count
                 if fate != FREE:

@@ -60,6 +60,19 @@ def contains(limits, domain, x, y):
 
 
 @exact
+def in_empty_leaf(tree, domain, px, py, qx, qy):
+    """Whether ``domain`` is an empty leaf that has two places."""
+    return (
+        domain >= 0
+        and domain < len(tree.axis)
+        and tree.first[domain] == tree.last[domain]
+        and tree.axis[domain] == LEAF
+        and contains(tree.limits, domain, px, py)
+        and contains(tree.limits, domain, qx, qy)
+    )
+
+
+@exact
 def find_domain(tree, domain, x, y):
     """The leaf that has (x, y): ``domain``, if it does, or found from the root."""
     known = domain >= 0 and domain < len(tree.axis) and tree.axis[domain] == LEAF
@@ -254,10 +267,15 @@ def leaves_near(tree, x, y, distance, waiting, leaves):
 def near_walls(first, last, tree, walls, points, distance, result):
     """Which points have a wall at most ``distance`` away, ends of the step included."""
     waiting, leaves = np.empty(len(tree.axis), np.int32), np.empty(len(tree.axis), np.int32)
+    known = -1  # points come in an order, often: the next one may be in the same leaf
     for k in range(first, last):
         x, y = points[k, 0], points[k, 1]
         result[k] = False
-        for number in range(leaves_near(tree, x, y, distance, waiting, leaves)):
+        if in_empty_leaf(tree, known, x - distance, y - distance, x + distance, y + distance):
+            continue
+        count = leaves_near(tree, x, y, distance, waiting, leaves)
+        known = leaves[0] if count == 1 else -1
+        for number in range(count):
             leaf = leaves[number]
             for item in range(tree.first[leaf], tree.last[leaf]):
                 wall = tree.listed[item]

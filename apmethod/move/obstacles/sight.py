@@ -86,7 +86,9 @@ class Sights:
 
 def sights_of(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> Sights | None:
     """Whom the agents in ``cells`` see that are near walls; None if nobody is."""
-    # Sub-domains first: only those that a wall is near to pay for more.
+    # All of them, then sub-domains first: only those that a wall is near to pay for more.
+    if _all_clear(obstacles, cells, domain):
+        return None
     line, column = np.divmod(cells.number, cells.grid[0])
     middle = (np.column_stack([column, line]) + 0.5) * cells.side + np.array(cells.origin)
     reach = cells.core_radius + np.sqrt(0.5) * cells.side
@@ -101,6 +103,14 @@ def sights_of(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> Sight
     entry, cell = entry[kept], cell[kept]
     points = _entries(cells, entry)
     return _look(obstacles, cells, domain, entry, points, entry, cells.low[cell], cells.high[cell])
+
+
+def _all_clear(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> bool:
+    """Whether the whole lattice is far from all walls."""
+    (west, south), reach = cells.origin, cells.core_radius
+    east, north = west + cells.side * cells.grid[0], south + cells.side * cells.grid[1]
+    box = np.array([west - reach, south - reach, east + reach, north + reach])
+    return all(obstacles.clear_of(*(box - np.tile(shift, 2))) for shift in shifts_of(domain))
 
 
 def sights_from(

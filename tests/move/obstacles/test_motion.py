@@ -153,21 +153,6 @@ def test_borders_come_before_and_after_walls(domain, ends):
     assert model.particles.position == pytest.approx(np.array(ends), abs=NEAR)
 
 
-def test_far_obstacles_change_no_bit():
-    draw = np.random.default_rng(1)
-    positions, pushes = draw.random((500, 2)), draw.normal(size=(500, 2))
-    for domain in (None, Bounded((0, 0), (1, 1)), Periodic((0, 0), (9, 9))):
-        far = [square((7.0, 7.0), 0.5)]
-        with_far, without = (
-            walkers(o, positions, pushes, domain=domain, dt=0.01) for o in (far, None)
-        )
-        for _ in range(3):
-            with_far.step()
-            without.step()
-        assert np.allclose(with_far.particles.position, without.particles.position, atol=1e-15)
-        assert with_far.obstacles.skipped > 0.9
-
-
 # -- velocities ------------------------------------------------------------------------
 
 

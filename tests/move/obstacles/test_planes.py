@@ -14,6 +14,7 @@ def stepped(obstacles, steps, dt=0.01):
     model = ParticleModel(AgentParticle, core_radius=0.1, dt=dt, obstacles=obstacles)
     for _ in range(steps):
         model.step()
+        assert model.obstacles.tree  # planes follow when they are asked for
         yield model
 
 
