@@ -97,7 +97,7 @@ class Absorption:
         reach = REACH * self.space.core_radius
         self._run(
             _look, rows, in_python, self._array("position"), reach, obstacles.tree,
-            obstacles.walls, kinds_of(obstacles), shifts_of(domain), obstacles.clearance,
+            obstacles.walls, kinds_of(obstacles), np.array(shifts_of(domain)), obstacles.clearance,
             self._array("held_off"), self._array("_emptied"),
         )  # fmt: skip
 

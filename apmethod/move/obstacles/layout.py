@@ -186,8 +186,8 @@ class Layout:
 
     def clear_of(self, west: float, south: float, east: float, north: float) -> bool:
         """Whether no wall is in any domain that a box touches."""
-        tree = self.tree_for(np.array([[west, south, east, north]]))
-        return box_clear(tree, west, south, east, north)
+        box = west, south, east, north
+        return box_clear(self.tree_for(np.array([box])) if self._behind else self._tree, *box)
 
     def new_tree(self) -> Tree:
         """A tree built for the walls as they stand and move in this step."""

@@ -109,8 +109,10 @@ def _all_clear(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> bool
     """Whether the whole lattice is far from all walls."""
     (west, south), reach = cells.origin, cells.core_radius
     east, north = west + cells.side * cells.grid[0], south + cells.side * cells.grid[1]
-    box = np.array([west - reach, south - reach, east + reach, north + reach])
-    return all(obstacles.clear_of(*(box - np.tile(shift, 2))) for shift in shifts_of(domain))
+    return all(
+        obstacles.clear_of(west - reach - x, south - reach - y, east + reach - x, north + reach - y)
+        for x, y in shifts_of(domain)
+    )
 
 
 def sights_from(
@@ -137,10 +139,10 @@ def kinds_of(obstacles: Obstacles) -> np.ndarray:
     return np.where(obstacles.bodies.code == ABSORB, absorbing, REFLECTS).astype(np.int8)
 
 
-def shifts_of(domain: Domain) -> np.ndarray:
-    """Where walls are seen besides where they are: across periodic sides."""
+def shifts_of(domain: Domain) -> list[tuple[float, float]]:
+    """By how much walls are seen elsewhere than where they are: across periodic sides."""
     along = [(0.0, period, -period) if period else (0.0,) for period in domain.periods]
-    return np.array([(x, y) for x in along[0] for y in along[1]])
+    return [(x, y) for x in along[0] for y in along[1]]
 
 
 def _near(obstacles: Obstacles, points: np.ndarray, reach: float, domain: Domain) -> np.ndarray:
@@ -169,8 +171,8 @@ def _look(
         in_blocks(
             look_around, chunks, room, points, own, low, high, cells.x, cells.y, cells.shift_x,
             cells.shift_y, cells.image, cells.core_radius, obstacles.tree, obstacles.walls,
-            kinds_of(obstacles), shifts_of(domain), limits, mirrored, obstacles.clearance, begin,
-            end, other, dx, dy, sign, taken, least=12,
+            kinds_of(obstacles), np.array(shifts_of(domain)), limits, mirrored,
+            obstacles.clearance, begin, end, other, dx, dy, sign, taken, least=12,
         )  # fmt: skip
         if taken.max() <= room:
             return Sights(place, begin, end, other, dx, dy, sign)
