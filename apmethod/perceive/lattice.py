@@ -173,7 +173,7 @@ class QuadLattice(MesaSpace):
     def forget(self) -> None:
         """Answer the next question from where the agents stand then."""
         self.perceived.clear()
-        self._cells, self._sights = None, []
+        self._cells, self._vicinity, self._sights = None, None, []
 
     def sorted(self, positions: np.ndarray, rows: np.ndarray | None = None) -> SortedCells:
         """Positions, of shape (n, 2), in this lattice's sub-domains.
@@ -258,10 +258,8 @@ class QuadLattice(MesaSpace):
 
     def _around(self, agent: AgentParticle) -> tuple[float, float, int, int, int, int, int]:
         """Where the agent stood and what is around, see `Vicinity.places`."""
-        if self._is_stale:
-            self.take_down()
-        if self._vicinity is None:
-            self._vicinity = Vicinity(self._cells, self.particles._agents)
+        if self._vicinity is None or self._changes != self.particles.changes:
+            self._vicinity = Vicinity(self.cells, self.particles._agents)
         return self._vicinity.places[self.particles.row(agent)]
 
     def displacement(self, agent: AgentParticle, other: AgentParticle) -> tuple[float, float]:
