@@ -1,6 +1,7 @@
 """Where agents may be: open, bounded, mirrored or periodic, along each axis."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -82,7 +83,7 @@ class Domain:
         """Whether agents have mirror images beyond a side."""
         return MIRRORED in self.kinds
 
-    @property
+    @cached_property
     def limits(self) -> tuple[tuple[float, float, int], tuple[float, float, int]]:
         """(lower, upper, kind) along x and y, as compiled passes take them."""
         return tuple(
