@@ -90,8 +90,8 @@ def _add_stability(benchmarks: Any) -> None:
         benchmarks, "stability", _stability, "the largest stable steps, beside the theory",
         "D dt/h^2 of each form, kernel and integrator by bisection; maps over the step and the "
         "smoothing length; disordered starts, uneven masses, units, Peclet numbers; 10^5 steps, "
-        "and the shipped scenes ten times their length. All of it takes about an hour; parts that "
-        "the output folder has already are not made again. Sizes are given.",
+        "and the shipped scenes ten times their length. All of it takes about half an hour; parts "
+        "that the output folder has already are not made again. Sizes are given.",
     )  # fmt: skip
 
 

@@ -7,8 +7,8 @@ there times its square.  Mass and centre of mass are then mended, which keeps bo
 round-off.
 
 Particle methods commonly interpolate the masses to the nodes instead (M6', Bergdorf and
-Koumoutsakos 2006).  That takes the agents to stand as densely as the nodes, and from a
-strained lattice left a waviness of some 5e-4 that no number of agents made smaller.
+Koumoutsakos 2006).  From a lattice that a shear flow has strained this left errors of up to
+8e-4 with 12 000 agents and 5e-4 with 32 000, where reading the field leaves 1e-4 and 4e-5.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 
 #: Spacings beyond the outermost agents in which nodes are looked for.
 _REACH = 3
-#: Smoothing length by which the field is read at the nodes, in spacings.  With more, the
-#: reading smooths a few agents' field; with less, many agents' reading sees the single ones.
+#: Smoothing length by which the field is read at the nodes, in spacings.  At 1.8 the reading
+#: smooths the field of a few agents (error of 4000 in a shear flow up to 1.8e-3, not 1.1e-3),
+#: at 1.35 that of many sees the single ones (of 32 000 7.8e-5, not 4.3e-5).
 _SMOOTHING = 1.5
 #: Share of its mass by which an agent may be changed to keep the centre of all.
 _MOST = 0.5
