@@ -21,6 +21,10 @@ agents that run into them).  Around outer corners and the ends of thin walls u i
 sums within a core radius of them are not complete: some 1e-3 to 4e-3 in the plain form.  The
 blob form divides by those sums at both ends of a pair, and errs there by 1e-2 and more: among
 such corners take accuracy "accurate".
+
+Where the wall comes nearer at a speed w, u bends beside it by w/D times its slope, which images
+of opposite sign do not show: with a core radius R of 0.8, 1.5, 3 and 8 times D/w the error grows
+to 2e-4, 8e-4, 3e-3 and 3e-2 (4000 agents, "accurate").  What agents have lost walls have, always.
 """
 
 from __future__ import annotations

@@ -140,3 +140,41 @@ def test_what_walls_take_is_a_choice():
     assert model.motion.absorption is None
     with pytest.raises(ValueError, match="absorbing is 'all'; it must be one of agents, mass"):
         Obstacles([], absorbing="all")
+
+
+@pytest.mark.parametrize(("speed", "most"), [(0.0, 5e-4), (0.01, 3e-3), (-0.02, 1e-3)])
+def test_a_wall_may_move_while_it_takes_mass(speed, most):
+    """A spot that a wall comes to or leaves: in the wall's frame a drift, with its image."""
+    wall, diffusivity, age = -0.45, 1e-3, 5.0
+
+    def exact(x, y, time):
+        passed = time + age  # since the spot was a point
+        begun = speed * age - wall  # how far off the wall was then
+        off = x - wall - speed * time  # and how far off (x, y) is now
+
+        def spread(z):
+            return np.exp(-(z**2) / (4.0 * diffusivity * passed)) / np.sqrt(passed)
+
+        drift = speed * passed
+        image = np.exp(speed * begun / diffusivity) * spread(off + begun + drift)
+        return np.where(off > 0.0, (spread(off - begun + drift) - image) * spread(y), 0.0)
+
+    class Spot(FieldModel):
+        until = 8.0
+
+        def exact(self, x, y, time):
+            return exact(x, y, time)
+
+    fence = Polyline([(wall, -3.0), (wall, 3.0)], behaviour="absorb", velocity=(speed, 0.0))
+    model = Spot(
+        lambda x, y: exact(x, y, 0.0), (-1.0, 1.0, -1.0, 1.0), particles=1000,
+        diffusivity=diffusivity, accuracy="accurate",
+        obstacles=Obstacles([fence], absorbing="mass"), rng=1,
+    )  # fmt: skip
+    mass = model.particles.mass.sum()
+    while model.elapsed < model.until:
+        model.step()
+    kept = model.particles.mass.sum() + model.obstacles.absorbed_mass
+    assert kept == pytest.approx(mass, rel=1e-13)
+    assert model.obstacles.absorbed_mass > 0.0
+    assert model.errors()["l2_error"] < most
