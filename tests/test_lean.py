@@ -64,7 +64,7 @@ def test_a_scene_without_terms_sorts_and_sums_nothing(monkeypatch):
     def never(*arguments):
         raise AssertionError("a pass was compiled")
 
-    monkeypatch.setattr(gather, "_compile_gather", never)
+    monkeypatch.setattr(gather, "_compile", never)
     model = ParticleModel(AgentParticle, core_radius=1.0, dt=1.0)
     AgentParticle.create_agents(model, 5, position=[[k, 0.0] for k in range(5)])
     model.step()

@@ -9,11 +9,12 @@ import numpy as np
 from apmethod.move.obstacles.behaviour import BEHAVIOURS, OWN_FUNCTION
 from apmethod.move.obstacles.carry import Bodies, carry_all_with
 from apmethod.move.obstacles.clear import apart, box_clear
+from apmethod.move.obstacles.cutting import build_tree
 from apmethod.move.obstacles.moving import Movers, movers_of, place_all, sweep_all_with
 from apmethod.move.obstacles.planes import follow
 from apmethod.move.obstacles.rays import STILL, Walls
 from apmethod.move.obstacles.shapes import Obstacle
-from apmethod.move.obstacles.tree import Rules, Tree, build_tree, leaves_of
+from apmethod.move.obstacles.tree import Rules, Tree, leaves_of
 from apmethod.perceive.domain import PERIODIC, Domain
 
 #: How far in front of walls agents are kept, as a share of the largest coordinate of one.

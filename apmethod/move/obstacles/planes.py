@@ -16,7 +16,8 @@ from collections.abc import Callable
 import numpy as np
 
 from apmethod.move.obstacles.borrowing import borrowing
-from apmethod.move.obstacles.tree import LEAF, Rules, Tree, cut_leaves, touches
+from apmethod.move.obstacles.cutting import cut_leaves, touches
+from apmethod.move.obstacles.tree import LEAF, Rules, Tree
 
 #: A leaf is cut further if it has so many times as many walls as when it was made, and more.
 _CROWDED, _FEW = 2, 8

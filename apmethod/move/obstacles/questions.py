@@ -8,8 +8,9 @@ import numpy as np
 
 from apmethod.compile import in_blocks
 from apmethod.move.obstacles.layout import Layout
+from apmethod.move.obstacles.outline import inside
 from apmethod.move.obstacles.rays import BEFORE, RAYS_A_BLOCK, first_hits, near_walls, pairs_blocked
-from apmethod.move.obstacles.shapes import Obstacle, inside
+from apmethod.move.obstacles.shapes import Obstacle
 from apmethod.move.obstacles.tree import LEAF
 
 

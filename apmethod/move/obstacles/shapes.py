@@ -3,24 +3,25 @@
 square((0.5, 0.5), 0.2, behaviour="bounce")
 Polygon([(0, 0), (4, 0), (4, 3)], holes=[...], name="island", velocity=(0.1, 0.0))
 Polyline([(0, 0), (1, 1), (2, 1)], spin=0.5)
-from_geojson("harbour.geojson", behaviour="slide")
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from apmethod.checks import finite_number, whole_number
 from apmethod.move.obstacles.behaviour import checked_behaviour
-from apmethod.move.obstacles.borrowing import borrowing
-from apmethod.move.obstacles.predicates import MISS, meeting, orientation
-
-Points = Sequence[Sequence[float]] | np.ndarray
+from apmethod.move.obstacles.outline import (
+    Points,
+    crossing,
+    inside,
+    points_of,
+    refuse_repeated,
+    ring_of,
+)
 
 
 class Obstacle:
@@ -124,10 +125,10 @@ class Polygon(Obstacle):
 
     def __init__(self, corners: Points, holes: Sequence[Points] = (), **options: Any):
         name = options.get("name") or "a polygon"
-        rings = [_ring(name, corners), *(_ring(f"a hole of {name}", hole) for hole in holes)]
+        rings = [ring_of(name, corners), *(ring_of(f"a hole of {name}", hole) for hole in holes)]
         super().__init__(rings, **options)
         sizes = np.array([len(ring) - 1 for ring in rings])
-        first, second = _crossing(self.walls, np.cumsum(sizes), np.zeros(2, np.int64)).tolist()
+        first, second = crossing(self.walls, np.cumsum(sizes), np.zeros(2, np.int64)).tolist()
         if first >= 0:
             one, other = (
                 f"{w[:2].tolist()} to {w[2:].tolist()}" for w in self.walls[[first, second]]
@@ -160,8 +161,8 @@ class Polyline(Obstacle):
 
     def __init__(self, points: Points, **options: Any):
         name = options.get("name") or "a polyline"
-        chain = _points(name, points, least=2)
-        _refuse_repeated(name, chain)
+        chain = points_of(name, points, least=2)
+        refuse_repeated(name, chain)
         super().__init__([chain], **options)
 
 
@@ -180,161 +181,3 @@ def disc(centre: Sequence[float], radius: float, corners: int = 64, **options: A
     reach = finite_number("radius", radius, above=0.0) * np.sqrt(np.pi / area)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     return Polygon(np.asarray(centre, float) + reach * circle, **options)
-
-
-# -- from elsewhere --------------------------------------------------------------------
-
-
-def from_shapely(geometry: Any, **options: Any) -> list[Obstacle]:
-    """The obstacles of a shapely geometry, or of anything with ``__geo_interface__``.
-
-    Args:
-        geometry: polygons and lines, and collections of them.
-        options: see `Obstacle`; they hold for each.
-    """
-    return _of_geometry(geometry.__geo_interface__, options)
-
-
-def from_geojson(source: str | Path | Mapping[str, Any], **options: Any) -> list[Obstacle]:
-    """The obstacles of a GeoJSON file (RFC 7946) or object; coordinates are taken as they are.
-
-    A feature's properties "name", "behaviour", "velocity", "spin" and "pivot" are options of
-    its obstacles; other properties are left alone.
-
-    Args:
-        source: path of a file, or what json.load gives of one.
-        options: see `Obstacle`; a feature's own go before them.
-
-    Raises:
-        ValueError: for a geometry that is neither polygons nor lines.
-    """
-    data = source if isinstance(source, Mapping) else json.loads(Path(source).read_text())
-    features = data["features"] if data.get("type") == "FeatureCollection" else [data]
-    found: list[Obstacle] = []
-    for feature in features:
-        own: dict[str, Any] = {}
-        if feature.get("type") == "Feature":
-            known = ("name", "behaviour", "velocity", "spin", "pivot")
-            properties = feature.get("properties") or {}
-            own = {key: properties[key] for key in known if key in properties}
-            feature = feature["geometry"]
-        found += _of_geometry(feature, options | own)
-    return found
-
-
-def _of_geometry(geometry: Mapping[str, Any], options: Mapping[str, Any]) -> list[Obstacle]:
-    kind = geometry["type"]
-    if kind == "GeometryCollection":
-        return [o for part in geometry["geometries"] for o in _of_geometry(part, options)]
-    parts = geometry["coordinates"] if kind.startswith("Multi") else [geometry["coordinates"]]
-    if kind in ("Polygon", "MultiPolygon"):
-        return [Polygon(_flat(part[0]), [_flat(h) for h in part[1:]], **options) for part in parts]
-    if kind in ("LineString", "MultiLineString", "LinearRing"):
-        return [Polyline(_flat(part), **options) for part in parts]
-    raise ValueError(f"geometry is a {kind}; it must be polygons or lines")
-
-
-def _flat(points: Sequence[Sequence[float]]) -> list[Sequence[float]]:
-    """Without heights."""
-    return [point[:2] for point in points]
-
-
-# -- checks ----------------------------------------------------------------------------
-
-
-def inside(points: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """Which points, (n, 2), are inside a closed ring or on it: exact, by counting crossings."""
-    result = np.zeros(len(points), np.bool_)
-    _inside(points, ring, result)
-    return result
-
-
-@borrowing
-def _inside(points, ring, result):
-    for k in range(len(points)):
-        x, y = points[k, 0], points[k, 1]
-        odd = False
-        for corner in range(len(ring) - 1):
-            ax, ay, bx, by = (
-                ring[corner, 0],
-                ring[corner, 1],
-                ring[corner + 1, 0],
-                ring[corner + 1, 1],
-            )
-            if meeting(x, y, x, y, ax, ay, bx, by) != MISS:
-                odd = True
-                break
-            if (ay > y) != (by > y):  # the side crosses the line to the east or west
-                left = orientation(ax, ay, bx, by, x, y) > 0.0
-                if left == (by > ay):
-                    odd = not odd
-        result[k] = odd
-
-
-@borrowing
-def _crossing(walls, ends, found):
-    """The first two sides that meet without being next to each other in a ring, or -1."""
-    found[0], found[1] = -1, -1
-    first = 0
-    ring = 0
-    for i in range(len(walls)):
-        if i == ends[ring]:
-            first = ends[ring]
-            ring += 1
-        ax, ay, bx, by = walls[i, 0], walls[i, 1], walls[i, 2], walls[i, 3]
-        for j in range(i + 1, len(walls)):
-            cx, cy, dx, dy = walls[j, 0], walls[j, 1], walls[j, 2], walls[j, 3]
-            if max(ax, bx) < min(cx, dx) or max(cx, dx) < min(ax, bx):
-                continue
-            if max(ay, by) < min(cy, dy) or max(cy, dy) < min(ay, by):
-                continue
-            after = j == i + 1 and j < ends[ring]
-            before = i == first and j == ends[ring] - 1
-            if after or before:
-                # Neighbours share a corner, and must not fold back over each other.
-                if after:
-                    ux, uy, vx, vy, wx, wy = ax, ay, bx, by, dx, dy
-                else:
-                    ux, uy, vx, vy, wx, wy = cx, cy, ax, ay, bx, by
-                folded = (ux - vx) * (wx - vx) + (uy - vy) * (wy - vy) > 0.0
-                if not (folded and orientation(ux, uy, vx, vy, wx, wy) == 0.0):
-                    continue
-            elif meeting(ax, ay, bx, by, cx, cy, dx, dy) == MISS:
-                continue
-            found[0], found[1] = i, j
-            return found
-    return found
-
-
-def _points(name: str, points: Points, least: int) -> np.ndarray:
-    try:
-        array = np.array(points, float)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.ndim != 2 or array.shape[1:] != (2,) or len(array) < least:
-        raise ValueError(f"{name} must have {least} or more points (x, y); it has {points!r}")
-    sizes = np.abs(array)
-    fit = (sizes <= 1e100) & ((sizes >= 1e-100) | (sizes == 0.0))
-    if not fit.all():
-        bad = array[np.flatnonzero(~fit.all(axis=1))[0]].tolist()
-        raise ValueError(
-            f"{name} has a point at {bad}; coordinates must be finite, and 0 or between "
-            "1e-100 and 1e100 in size"
-        )
-    return array
-
-
-def _ring(name: str, corners: Points) -> np.ndarray:
-    ring = _points(name, corners, least=3)
-    if (ring[0] != ring[-1]).any():
-        ring = np.concatenate([ring, ring[:1]])
-    if len(ring) < 4:
-        raise ValueError(f"{name} must have 3 or more corners; it has {ring[:-1].tolist()}")
-    _refuse_repeated(name, ring)
-    return ring
-
-
-def _refuse_repeated(name: str, chain: np.ndarray) -> None:
-    repeated = np.flatnonzero((chain[1:] == chain[:-1]).all(axis=1))
-    if len(repeated):
-        raise ValueError(f"{name} has the point {chain[repeated[0]].tolist()} twice in a row")

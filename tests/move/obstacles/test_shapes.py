@@ -21,7 +21,7 @@ from apmethod import (
     from_shapely,
     square,
 )
-from apmethod.move.obstacles.shapes import inside
+from apmethod.move.obstacles.outline import inside
 
 RING = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)]
 
