@@ -1,10 +1,9 @@
 """Scattered evaluation: each pair is computed once and both ends get their half.
 
-This is the paper's message (2.3) compiled.  Lines of sub-domains are taken together in
-slabs as high as a cell, so that a slab's pairs reach into the next one at most.  The even
-slabs are summed first and then the odd ones, so that an agent's sum has one order.  Each
-thread has a stretch of slabs to itself; the odd slabs between two stretches, which both of
-them touch, come last.  The order is the same for any number of threads.
+This is the paper's message (2.3) compiled.  The sub-domains are divided into parts that
+depend on the agents alone, and each part sums into a table of its own, which goes on behind
+it as far as its pairs reach.  The tables are added up in one order, so that the bits do not
+depend on who has filled them.
 
 The agents behind a sub-domain in the sorted order are copied block by block into a short
 table, with a column for each part of the message.  Each agent of the sub-domain runs over
@@ -17,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, inlined, memory, threads
+from apmethod.compile import compiled, in_blocks, inlined, memory
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
@@ -28,9 +27,11 @@ from apmethod.perceive.domain import distance_2
 _BLOCK = 240
 #: Blocks are filled up to a multiple of this, so that no agent is left to scalar code.
 _LANES = 4
-#: Candidates in a stretch of slabs, below which another thread does not pay: a quarter of a
-#: millisecond's work.
-_STRETCH = 150_000
+#: Candidates in a part, below which another thread does not pay: some 0.2 ms of work.
+_PART = 100_000
+#: Parts at the most: enough to keep threads equally busy, few enough that their tables hardly
+#: overlap.
+_PARTS = 32
 
 
 def scatter(
@@ -44,44 +45,58 @@ def scatter(
 ) -> None:
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
     run = _compile(tuple(terms), kernel, reads, bool(len(cells.image)), len(table))
-    slab = cells.number // (cells.grid[0] * 2**cells.level)
-    begin = np.append(np.flatnonzero(np.diff(slab, prepend=-1)), len(slab))
-    odd = slab[begin[:-1]] % 2
-    total = memory.zeros((width_of(terms), len(row)))
-    count = min(threads(), len(row) * cells.longest // _STRETCH)
-    for stretches in _stretches(cells.start[begin], odd, count):
-        in_blocks(
-            run, len(stretches), stretches, begin, odd, cells.start, cells.low, cells.high,
-            cells.image, cells.x, cells.y, cells.shift_x, cells.shift_y, table,
-            cells.core_radius, cells.core_radius / kernel.support, total, least=1,
-        )  # fmt: skip
-    in_blocks(_deliver, len(row), row, cells.image, total, sums)
+    cell, begin, end, base = _parts(cells)
+    tables = memory.zeros((width_of(terms), base[-1]))
+    in_blocks(
+        run, len(begin), cell, base[:-1] - begin, cells.start, cells.low, cells.high, cells.image,
+        cells.x, cells.y, cells.shift_x, cells.shift_y, table,
+        cells.core_radius, cells.core_radius / kernel.support, tables, least=1,
+    )  # fmt: skip
+    in_blocks(_deliver, len(row), row, cells.image, begin, end, base, tables, sums)
 
 
-def _stretches(start: np.ndarray, odd: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """First and last slab of each stretch, and of the slabs in between.
+def _parts(cells: SortedCells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Parts with about as many agents each.
 
-    Args:
-        start: where each slab begins in the sorted order, and where the last one ends.
-        odd: whether each slab is an odd one.
-        count: number of stretches, with equal shares of the agents as far as slabs allow.
+    Returns:
+        cell, the first sub-domain of each part, and behind the last one; begin and end, the
+        entries that each part adds to; base, where its table begins, and the last one ends.
     """
-    if count < 2:
-        return np.array([[0, len(odd)]]), np.empty((0, 2), np.int64)
-    between = np.flatnonzero(odd)
-    near = np.searchsorted(start[between], start[-1] * np.arange(1, count) / count)
-    between = np.unique(between[near[near < len(between)]])
-    first, last = np.append(0, between + 1), np.append(between, len(odd))
-    return np.stack([first, last], axis=1), np.stack([between, between + 1], axis=1)
+    agents = len(cells.row)
+    count = min(max(agents * cells.longest // _PART, 1), _PARTS)
+    near = np.searchsorted(cells.start, agents * np.arange(1, count) // count)
+    cell = np.unique(np.concatenate([[0], near, [len(cells.number)]]))
+    begin, end = cells.start[cell[:-1]], np.empty(len(cell) - 1, np.int64)
+    _find_ends(cell, cells.high, end)
+    return cell, begin, end, np.append(0, np.cumsum(end - begin))
 
 
 @compiled
-def _deliver(first, last, row, image, total, sums):
-    """Write the sums in the order of the table's rows."""
+def _find_ends(cell, high, end):
+    """Behind the last entry that a part, or one before it, adds to."""
+    last = 0
+    for part in range(len(end)):
+        for k in range(cell[part], cell[part + 1]):
+            for run in range(high.shape[1]):
+                last = max(last, high[k, run])
+        end[part] = last
+
+
+@compiled
+def _deliver(first, last, row, image, begin, end, base, tables, sums):
+    """Add the parts' tables up, and write the sums in the order of the table's rows."""
+    part = 0
     for k in range(first, last):
-        if not (image.size and image[k]):
-            for part in range(sums.shape[1]):
-                sums[row[k], part] = total[part, k]
+        if image.size and image[k]:
+            continue
+        while part + 1 < len(begin) and begin[part + 1] <= k:
+            part += 1
+        for column in range(sums.shape[1]):
+            total, other = tables[column, base[part] + k - begin[part]], part - 1
+            while other >= 0 and end[other] > k:
+                total += tables[column, base[other] + k - begin[other]]
+                other -= 1
+            sums[row[k], column] = total
 
 
 @cache
@@ -116,11 +131,11 @@ def _compile(
                 block[half + part, there + k] = 0.0
 
     @inlined
-    def send(block, count, at, length, sums):
+    def send(block, count, at, length, tables):
         here, there = np.uint64(at), np.uint64(count)
         for part in range(width):
             for k in range(np.uint64(length)):
-                sums[part, here + k] += block[half + part, there + k]
+                tables[part, here + k] += block[half + part, there + k]
 
     @inlined
     def run_behind(cell, run, start, low, high, image):
@@ -136,8 +151,8 @@ def _compile(
 
     @inlined
     def sum_cell(
-        cell, block, pieces, start, low, high, image, x, y, shift_x, shift_y, table,
-        core_radius, smoothing_length, sums,
+        cell, block, pieces, offset, start, low, high, image, x, y, shift_x, shift_y, table,
+        core_radius, smoothing_length, tables,
     ):  # fmt: skip
         run, done = low.shape[1] // 2, 0
         at, end = run_behind(cell, run, start, low, high, image)
@@ -177,28 +192,25 @@ def _compile(
                     for part in range(width):
                         ahead[half + part, j] += back[part] if near else 0.0
                 for part in range(width):
-                    sums[part, i] += total[part]
+                    tables[part, offset + i] += total[part]
             done += count
             count = 0
             for piece in range(filled):
-                send(block, count, pieces[piece, 0], pieces[piece, 1], sums)
+                send(block, count, offset + pieces[piece, 0], pieces[piece, 1], tables)
                 count += pieces[piece, 1]
 
     @compiled
     def scatter_sums(
-        first, last, stretches, begin, odd, start, low, high, image, x, y, shift_x, shift_y,
-        table, core_radius, smoothing_length, sums,
+        first, last, cell, offset, start, low, high, image, x, y, shift_x, shift_y, table,
+        core_radius, smoothing_length, tables,
     ):  # fmt: skip
         block = np.ones((half + width, _BLOCK + _LANES))
         pieces = np.empty((low.shape[1], 2), np.int64)
-        for stretch in range(first, last):
-            for colour in range(2):
-                for slab in range(stretches[stretch, 0], stretches[stretch, 1]):
-                    if odd[slab] == colour:
-                        for cell in range(begin[slab], begin[slab + 1]):
-                            sum_cell(
-                                cell, block, pieces, start, low, high, image, x, y, shift_x,
-                                shift_y, table, core_radius, smoothing_length, sums,
-                            )  # fmt: skip
+        for part in range(first, last):
+            for each in range(cell[part], cell[part + 1]):
+                sum_cell(
+                    each, block, pieces, offset[part], start, low, high, image, x, y, shift_x,
+                    shift_y, table, core_radius, smoothing_length, tables,
+                )  # fmt: skip
 
     return scatter_sums
