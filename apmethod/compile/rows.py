@@ -7,13 +7,15 @@ the functions made here build from arrays.  numba compiles that tuple away.
 
 from collections import namedtuple
 from collections.abc import Callable, Sequence
+from functools import cache
 
 from apmethod.compile.jit import inlined
 
 
-def namespace(name: str, fields: Sequence[str]) -> type:
+@cache
+def namespace(name: str, fields: tuple[str, ...]) -> type:
     """A named tuple type, with a filler field where numba would refuse an empty one."""
-    return namedtuple(name, tuple(fields) or ("nothing",))
+    return namedtuple(name, fields or ("nothing",))
 
 
 def table_reader(columns: Sequence[tuple[str, int | None]]) -> Callable:
@@ -49,6 +51,6 @@ def column_reader(columns: Sequence[tuple[str, int | None]]) -> Callable:
 
 def _reader(argument: str, columns: Sequence, fields: list[str]) -> Callable:
     # The number of fields is a scene's own, and numba needs each spelled out.
-    row = namespace("Row", [name for name, _ in columns])
+    row = namespace("Row", tuple(name for name, _ in columns))
     source = f"lambda {argument}, k: Row({', '.join(fields) or '0.0'})"
     return inlined(eval(source, {"Row": row}))

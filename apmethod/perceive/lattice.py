@@ -67,6 +67,7 @@ class QuadLattice(MesaSpace):
         if level is not None and (not isinstance(level, int) or not 0 <= level <= 6):
             raise ValueError(f"level is {level!r}; it must be a whole number from 0 to 6, or None")
         self._chooses_level = level is None
+        self._level_is_guess = level is None
         self.level = 0 if level is None else level
         self.core_radius = core_radius
         self.skin = Skin(skin)
@@ -126,6 +127,9 @@ class QuadLattice(MesaSpace):
         self._cells = self._search()
         if self._chooses_level:
             self.level = self._quickest_level()
+            if self._level_is_guess and self.level != self._cells.level:
+                self._cells = self._search()
+            self._level_is_guess = False
         if self._cells.longest > _CROWD and not self._warned:
             self._warned = True
             warnings.warn(self._crowd_warning(), stacklevel=2)
