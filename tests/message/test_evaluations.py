@@ -13,6 +13,7 @@ from apmethod import (
     set_threads,
 )
 from apmethod.compile import threads
+from apmethod.message import scatter
 from apmethod.message.passes import EVALUATIONS
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import MIRROR
@@ -51,6 +52,17 @@ def test_all_evaluations_agree(evaluation, domain, level):
     options = {"domain": DOMAINS[domain], "level": level}
     expected = after_two_steps(evaluation="gathered", **options)
     found = after_two_steps(evaluation=evaluation, **options)
+    for name in expected.particles.names:
+        a, b = getattr(expected.particles, name), getattr(found.particles, name)
+        assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
+
+
+@pytest.mark.parametrize("domain", list(DOMAINS))
+def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
+    options = {"domain": DOMAINS[domain], "level": 1}
+    expected = after_two_steps(evaluation="gathered", **options)
+    monkeypatch.setattr(scatter, "_PART", 1)  # as many parts as there can be
+    found = after_two_steps(evaluation="scattered", **options)
     for name in expected.particles.names:
         a, b = getattr(expected.particles, name), getattr(found.particles, name)
         assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
