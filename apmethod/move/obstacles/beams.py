@@ -24,7 +24,7 @@ from apmethod.move.obstacles.predicates import MISS, meeting
 #: channels down to a quarter of the core radius.
 MOST_REFLECTIONS = 4
 #: Images of one place; those in more walls are left out first.
-MOST_BEAMS = 512
+MOST_BEAMS = 2048
 
 #: What a wall does to lines: cut them; reflect them, too; reflect only, as the mirrored sides
 #: of a domain do, beyond which nobody is; or cut them and reflect them with opposite sign.
