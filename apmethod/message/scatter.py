@@ -142,7 +142,7 @@ def _compile(
         # Entries from the sub-domain's own on: the rest of its line, and north.
         begin = start[cell] if run == low.shape[1] // 2 else low[cell, run]
         end = high[cell, run]
-        if images and image[start[cell]]:  # no agents are in it, and images want none
+        if images and image[start[cell]]:  # agents come first: it has none, and images want none
             while begin < end and image[begin]:
                 begin += 1
             while begin < end and image[end - 1]:

@@ -205,8 +205,7 @@ class QuadLattice(MesaSpace):
 
         Neighbours are then near each other in memory, too.
         """
-        cells = self.cells
-        self.particles.reorder(cells.row[cells.image == REAL] if len(cells.image) else cells.row)
+        self.particles.reorder(self.cells.row[self.cells.of_kind(REAL)])
         self.skin.forget()
         self.forget()
 
@@ -248,9 +247,8 @@ class QuadLattice(MesaSpace):
     def neighbour_counts(self) -> np.ndarray:
         """How many neighbours each row of the table has, mirror images among them."""
         cells, counts = self.cells, np.zeros(len(self.particles), np.int64)
-        listed = neighbour_counts(cells)[1:]
-        real = cells.image == REAL if len(cells.image) else slice(None)
-        counts[cells.row[real]] = listed[real]
+        real = cells.of_kind(REAL)
+        counts[cells.row[real]] = neighbour_counts(cells)[1:][real]
         return counts
 
     # -- one agent ---------------------------------------------------------------------
