@@ -4,8 +4,10 @@ from apmethod.compile import memory
 from apmethod.compile.jit import compiled, inlined, plain
 from apmethod.compile.rows import column_reader, namespace, table_reader
 from apmethod.compile.threads import in_blocks, set_threads, threads
+from apmethod.compile.vectors import LANES
 
 __all__ = [
+    "LANES",
     "column_reader",
     "compiled",
     "in_blocks",

@@ -15,6 +15,7 @@ from weakref import WeakSet
 import numba
 from numba.extending import register_jitable
 
+import apmethod.compile.vectors  # noqa: F401  (before anything is compiled)
 from apmethod.compile.cache import ContentCache
 
 _OPTIONS = {

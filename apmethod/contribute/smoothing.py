@@ -126,6 +126,8 @@ def _wendland_c4_slope(q_2):
 
 _BELL_END = 20.0  # beyond it nothing here asks for exp(-q^2)
 _BELL_HALF = _BELL_END / 64.0
+#: Of exp(t - _BELL_HALF).
+_BELL_SERIES = tuple(exp(-_BELL_HALF) / factorial(n) for n in range(13))
 
 
 @inlined
@@ -135,26 +137,23 @@ def bell(q_2):
     exp(-s) = exp(-s/32)^32, with the Taylor series of exp(-s/32) around the middle.
     """
     t = _BELL_HALF - min(q_2, _BELL_END) / 32.0
-    e = 1.0 + t * (1.0 / 12.0)
-    e = 1.0 + t * (1.0 / 11.0) * e
-    e = 1.0 + t * (1.0 / 10.0) * e
-    e = 1.0 + t * (1.0 / 9.0) * e
-    e = 1.0 + t * (1.0 / 8.0) * e
-    e = 1.0 + t * (1.0 / 7.0) * e
-    e = 1.0 + t * (1.0 / 6.0) * e
-    e = 1.0 + t * (1.0 / 5.0) * e
-    e = 1.0 + t * (1.0 / 4.0) * e
-    e = 1.0 + t * (1.0 / 3.0) * e
-    e = 1.0 + t * (1.0 / 2.0) * e
-    e = (1.0 + t * e) * _BELL_MIDDLE
+    e = _BELL_SERIES[11] + t * _BELL_SERIES[12]
+    e = _BELL_SERIES[10] + t * e
+    e = _BELL_SERIES[9] + t * e
+    e = _BELL_SERIES[8] + t * e
+    e = _BELL_SERIES[7] + t * e
+    e = _BELL_SERIES[6] + t * e
+    e = _BELL_SERIES[5] + t * e
+    e = _BELL_SERIES[4] + t * e
+    e = _BELL_SERIES[3] + t * e
+    e = _BELL_SERIES[2] + t * e
+    e = _BELL_SERIES[1] + t * e
+    e = _BELL_SERIES[0] + t * e
     e2 = e * e
     e4 = e2 * e2
     e8 = e4 * e4
     e16 = e8 * e8
     return e16 * e16
-
-
-_BELL_MIDDLE = float(np.exp(-_BELL_HALF))
 
 
 def _cut_gaussian(name: str, cut: float, order: int) -> Kernel:

@@ -8,7 +8,8 @@ depend on who has filled them.
 The agents behind a sub-domain in the sorted order are copied block by block into a short
 table, with a column for each part of the message.  Each agent of the sub-domain runs over
 that table without a branch, sums its own halves and adds the others' to their columns,
-all in vector instructions; then the columns are added to the sums.
+all in vector instructions (blocks are filled up to whole vectors, so that no agent is left
+to scalar code); then the columns are added to the sums.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +17,7 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, inlined, memory
+from apmethod.compile import LANES, compiled, in_blocks, inlined, memory
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
@@ -25,8 +26,6 @@ from apmethod.perceive.domain import distance_2
 
 #: Agents in a block: few enough for the nearest cache, enough for most sub-domains.
 _BLOCK = 240
-#: Blocks are filled up to a multiple of this, so that no agent is left to scalar code.
-_LANES = 4
 #: Candidates in a part, below which another thread does not pay: some 0.2 ms of work.
 _PART = 100_000
 #: Parts at the most: enough to keep threads equally busy, few enough that their tables hardly
@@ -170,7 +169,7 @@ def _compile(
                     run += 1
                     if run < low.shape[1]:
                         at, end = run_behind(cell, run, start, low, high, image)
-            block[place, count : count + _LANES] = np.inf  # nobody is near there
+            block[place, count : count + LANES] = np.inf  # nobody is near there
             for i in range(start[cell], start[cell + 1]):
                 me, total = read(table, i), zero
                 if done == 0:
@@ -180,7 +179,7 @@ def _compile(
                 over_x, over_y = (shift_x[i], shift_y[i]) if images else (0.0, 0.0)
                 # As a function of its own this loop is not vectorised.
                 ahead, x_i, y_i = block[:, behind:], x[i], y[i]
-                for j in range((count - behind + _LANES - 1) // _LANES * _LANES):
+                for j in range((count - behind + LANES - 1) // LANES * LANES):
                     dx, dy = x_i - ahead[place, j], y_i - ahead[place + 1, j]
                     if images:
                         dx = (dx + over_x) - ahead[shift, j]
@@ -204,7 +203,7 @@ def _compile(
         first, last, cell, offset, start, low, high, image, x, y, shift_x, shift_y, table,
         core_radius, smoothing_length, tables,
     ):  # fmt: skip
-        block = np.ones((half + width, _BLOCK + _LANES))
+        block = np.ones((half + width, _BLOCK + LANES))
         pieces = np.empty((low.shape[1], 2), np.int64)
         for part in range(first, last):
             for each in range(cell[part], cell[part + 1]):
