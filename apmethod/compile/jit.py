@@ -10,6 +10,7 @@ lets it assume that NaN and infinity do not happen: a NaN has to come out.
 """
 
 from collections.abc import Callable
+from functools import partial
 from weakref import WeakSet
 
 import numba
@@ -31,17 +32,25 @@ _OPTIONS = {
 _known: WeakSet = WeakSet()
 
 
-def inlined(function: Callable, *, exact: bool = False) -> Callable:
+def inlined(
+    function: Callable | None = None, *, exact: bool = False, arrays: bool = False
+) -> Callable:
     """Let compiled functions call ``function``, which is compiled into them.
 
     The function itself stays what it is: called from Python it runs in Python.
 
     Args:
-        function: plain Python that numba compiles.
+        function: plain Python that numba compiles; left out where options are given to a
+            decorator.
         exact: round every operation as Python does, where a decision hangs on the result.
+        arrays: whether it may make arrays.  One that does not only borrows those that it is
+            handed: to count who refers to them takes longer than many a function's work.
     """
+    if function is None:
+        return partial(inlined, exact=exact, arrays=arrays)
     if function not in _known:
-        register_jitable(**(_OPTIONS | {"fastmath": False} if exact else _OPTIONS))(function)
+        options = _OPTIONS | {"_nrt": arrays} | ({"fastmath": False} if exact else {})
+        register_jitable(**options)(function)
         _known.add(function)
     return function
 

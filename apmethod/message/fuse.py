@@ -90,7 +90,7 @@ def _tuple_of(pieces: Sequence[tuple[Term, str | None, str]]) -> Callable:
         if arguments is None:
             values += ["0.0"] * (term.components or 1)
             continue
-        formulas[f"f{number}"] = inlined(term.formula)
+        formulas[f"f{number}"] = inlined(term.formula, arrays=True)
         parts = [""] if term.components is None else [f"[{n}]" for n in range(term.components)]
         values += [f"{factor}f{number}({arguments}){part}" for part in parts]
     # The number of terms is a scene's own, and numba needs each call spelled out.

@@ -26,10 +26,10 @@ from apmethod.perceive.domain import distance_2
 
 #: Agents in a block: few enough for the nearest cache, enough for most sub-domains.
 _BLOCK = 240
-#: Candidates in a part, below which another thread does not pay: some 0.2 ms of work.
-_PART = 100_000
-#: Parts at the most: enough to keep threads equally busy, few enough that their tables hardly
-#: overlap.
+#: Candidates in a part, below which another thread does not pay: some 0.1 ms of work.
+_PART = 40_000
+#: Parts at the most, a power of two: enough to keep threads equally busy, few enough that
+#: their tables hardly overlap.
 _PARTS = 32
 
 
@@ -44,41 +44,65 @@ def scatter(
 ) -> None:
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
     run = _compile(tuple(terms), kernel, reads, bool(len(cells.image)), len(table))
-    cell, begin, end, base = _parts(cells)
+    cell, begin, end, base = _parts(cells.start, cells.low, cells.high, cells.image)
     tables = memory.zeros((width_of(terms), base[-1]))
     in_blocks(
-        run, len(begin), cell, base[:-1] - begin, cells.start, cells.low, cells.high, cells.image,
+        run, len(begin), cell, begin, base, cells.start, cells.low, cells.high, cells.image,
         cells.x, cells.y, cells.shift_x, cells.shift_y, table,
         cells.core_radius, cells.core_radius / kernel.support, tables, least=1,
     )  # fmt: skip
     in_blocks(_deliver, len(row), row, cells.image, begin, end, base, tables, sums)
 
 
-def _parts(cells: SortedCells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Parts with about as many agents each.
+@inlined
+def _run_behind(cell, run, start, low, high, image):
+    """Entries from the sub-domain's own on: the rest of its line, and north."""
+    begin = start[cell] if run == low.shape[1] // 2 else low[cell, run]
+    end = high[cell, run]
+    if image.size and image[start[cell]]:  # agents come first: it has none, and images want none
+        while begin < end and image[begin]:
+            begin += 1
+        while begin < end and image[end - 1]:
+            end -= 1
+    return begin, end
+
+
+@compiled
+def _parts(start, low, high, image):
+    """Divide the sub-domains into parts of about as many candidates each.
 
     Returns:
         cell, the first sub-domain of each part, and behind the last one; begin and end, the
         entries that each part adds to; base, where its table begins, and the last one ends.
     """
-    agents = len(cells.row)
-    count = min(max(agents * cells.longest // _PART, 1), _PARTS)
-    near = np.searchsorted(cells.start, agents * np.arange(1, count) // count)
-    cell = np.unique(np.concatenate([[0], near, [len(cells.number)]]))
-    begin, end = cells.start[cell[:-1]], np.empty(len(cell) - 1, np.int64)
-    _find_ends(cell, cells.high, end)
-    return cell, begin, end, np.append(0, np.cumsum(end - begin))
-
-
-@compiled
-def _find_ends(cell, high, end):
-    """Behind the last entry that a part, or one before it, adds to."""
-    last = 0
-    for part in range(len(end)):
-        for k in range(cell[part], cell[part + 1]):
+    cells = len(start) - 1
+    tested, candidates = np.zeros(cells, np.int64), 0
+    for each in range(cells):
+        for run in range(low.shape[1] // 2, low.shape[1]):
+            first, last = _run_behind(each, run, start, low, high, image)
+            tested[each] += (last - first) * (start[each + 1] - start[each])
+        candidates += tested[each]
+    wanted = 1
+    while wanted < _PARTS and wanted * _PART < candidates:
+        wanted *= 2
+    cell, parts = np.zeros(wanted + 1, np.int64), 1
+    before, share = 0, 1
+    for each in range(cells):
+        if before * wanted >= share * candidates and before:
+            cell[parts] = each
+            parts += 1
+            share = before * wanted // candidates + 1
+        before += tested[each]
+    cell[parts] = cells
+    begin, end = np.empty(parts, np.int64), np.empty(parts, np.int64)
+    base, last = np.zeros(parts + 1, np.int64), 0
+    for part in range(parts):
+        for each in range(cell[part], cell[part + 1]):
             for run in range(high.shape[1]):
-                last = max(last, high[k, run])
-        end[part] = last
+                last = max(last, high[each, run])
+        begin[part], end[part] = start[cell[part]], last
+        base[part + 1] = base[part] + last - begin[part]
+    return cell[: parts + 1], begin, end, base
 
 
 @compiled
@@ -137,24 +161,12 @@ def _compile(
                 tables[part, here + k] += block[half + part, there + k]
 
     @inlined
-    def run_behind(cell, run, start, low, high, image):
-        # Entries from the sub-domain's own on: the rest of its line, and north.
-        begin = start[cell] if run == low.shape[1] // 2 else low[cell, run]
-        end = high[cell, run]
-        if images and image[start[cell]]:  # agents come first: it has none, and images want none
-            while begin < end and image[begin]:
-                begin += 1
-            while begin < end and image[end - 1]:
-                end -= 1
-        return begin, end
-
-    @inlined
     def sum_cell(
         cell, block, pieces, offset, start, low, high, image, x, y, shift_x, shift_y, table,
         core_radius, smoothing_length, tables,
     ):  # fmt: skip
         run, done = low.shape[1] // 2, 0
-        at, end = run_behind(cell, run, start, low, high, image)
+        at, end = _run_behind(cell, run, start, low, high, image)
         with_own = at == start[cell]
         while run < low.shape[1]:
             count, filled = 0, 0
@@ -168,7 +180,7 @@ def _compile(
                 if at == end:
                     run += 1
                     if run < low.shape[1]:
-                        at, end = run_behind(cell, run, start, low, high, image)
+                        at, end = _run_behind(cell, run, start, low, high, image)
             block[place, count : count + LANES] = np.inf  # nobody is near there
             for i in range(start[cell], start[cell + 1]):
                 me, total = read(table, i), zero
@@ -200,7 +212,7 @@ def _compile(
 
     @compiled
     def scatter_sums(
-        first, last, cell, offset, start, low, high, image, x, y, shift_x, shift_y, table,
+        first, last, cell, begin, base, start, low, high, image, x, y, shift_x, shift_y, table,
         core_radius, smoothing_length, tables,
     ):  # fmt: skip
         block = np.ones((half + width, _BLOCK + LANES))
@@ -208,8 +220,8 @@ def _compile(
         for part in range(first, last):
             for each in range(cell[part], cell[part + 1]):
                 sum_cell(
-                    each, block, pieces, offset[part], start, low, high, image, x, y, shift_x,
-                    shift_y, table, core_radius, smoothing_length, tables,
+                    each, block, pieces, base[part] - begin[part], start, low, high, image, x, y,
+                    shift_x, shift_y, table, core_radius, smoothing_length, tables,
                 )  # fmt: skip
 
     return scatter_sums

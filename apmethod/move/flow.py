@@ -26,7 +26,7 @@ class Flow(Law):
     """
 
     def __init__(self, field: Callable, name: str = "flow"):
-        self.field = inlined(field)
+        self.field = inlined(field, arrays=True)
         try:
             value = tuple(float(part) for part in field(0.5, 0.25, 0.0))
         except TypeError as error:

@@ -116,7 +116,7 @@ def _compile_law(
     own_radii: bool,
 ) -> Callable:
     read = column_reader(reads)
-    inlined(formula)
+    inlined(formula, arrays=True)
     names = namespace("Parameters", parameters)
     fields = "".join(f", p[{k}]" for k in range(1, len(parameters) - 2))
     unpack = inlined(eval(f"lambda p, h, w: names(p[0], h, w{fields})", {"names": names}))

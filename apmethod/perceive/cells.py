@@ -15,13 +15,21 @@ from functools import cached_property
 
 import numpy as np
 
-from apmethod.compile import in_blocks, memory
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import REAL, on_sides, with_images
-from apmethod.perceive.sorting import corners, counting_sort, longest_run, runs_around, take
+from apmethod.perceive.sorting import (
+    corners,
+    counting_sort,
+    in_order,
+    longest_run,
+    occupied,
+    runs_around,
+)
 
 #: A dense table of sub-domains may hold this many for each agent; beyond, it is searched.
 _DENSE = 16
+#: What numbering a sub-domain may be off by, over how many there are.
+_ROUNDING = 8.0 * np.finfo(float).eps
 #: Sub-domains along one axis at the most, so that their numbers fit in 64 bits.
 _LONGEST = 2**31
 
@@ -104,52 +112,35 @@ def sort_into_cells(
     positions: np.ndarray, core_radius: float, level: int, domain: Domain
 ) -> SortedCells:
     """Sort agents, positions of shape (n, 2), into sub-domains of side core_radius / 2^level."""
-    row, shift, image = with_images(positions, core_radius, domain)
-    where = positions if row is None else positions[row] + shift
-    lowest, highest = corners(where) if len(where) else ((0.0, 0.0), (0.0, 0.0))
-    if row is not None:
+    entries = with_images(positions, core_radius, domain)
+    places = entries.places
+    lowest, highest = corners(places) if len(places) else ((0.0, 0.0), (0.0, 0.0))
+    if domain.makes_images:
         lowest = on_sides(lowest, core_radius / 2**level, domain)
     extent = (highest[0] - lowest[0], highest[1] - lowest[1])
     side, grid = grid_of(extent, core_radius, level)
-    if grid[0] * grid[1] <= _DENSE * len(where) + 1024:
-        order, begin = counting_sort(where, lowest, side, grid)
-        occupied = np.flatnonzero(begin[1:] > begin[:-1])
-        start = np.append(begin[occupied], len(where))
-        low, high = runs_around(occupied, grid, 2**level, begin)
+    if grid[0] * grid[1] <= _DENSE * len(places) + 1024:
+        order, begin = counting_sort(places, lowest, side, grid)
+        number, start = occupied(begin)
+        low, high = runs_around(number, grid, 2**level, begin)
     else:
-        number = _numbers(where, lowest, side, grid)
-        order = np.argsort(number, kind="stable")
-        occupied, first = np.unique(number[order], return_index=True)
-        start = np.append(first, len(where))
-        low, high = _sparse_runs(*divmod(occupied, grid[0])[::-1], grid, level, start, occupied)
-    sorted_row = order if row is None else row[order]
-    x, y = in_order(positions, sorted_row)
-    shift_x, shift_y = in_order(shift, order)
+        numbers = _numbers(places, lowest, side, grid)
+        order = np.argsort(numbers, kind="stable")
+        number, first = np.unique(numbers[order], return_index=True)
+        start = np.append(first, len(places))
+        low, high = _sparse_runs(*divmod(number, grid[0])[::-1], grid, level, start, number)
     return SortedCells(
         core_radius=core_radius,
         level=level,
         side=side,
         origin=lowest,
         grid=grid,
-        row=sorted_row,
-        image=image[order] if len(image) else image,
-        x=x,
-        y=y,
-        shift_x=shift_x,
-        shift_y=shift_y,
-        number=occupied,
+        number=number,
         start=start,
         low=low,
         high=high,
+        **in_order(order, positions, entries),
     )
-
-
-def in_order(vectors: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """Vectors, of shape (n, 2), in an order, one row a component; none if there are none."""
-    table = memory.empty((2, len(order) if len(vectors) else 0))
-    for axis in range(2):
-        in_blocks(take, table.shape[1], order, vectors[:, axis], table[axis])
-    return table
 
 
 def grid_of(
@@ -159,7 +150,7 @@ def grid_of(
     # Numbering a sub-domain rounds; the margin keeps an agent just inside the core radius
     # from being numbered one sub-domain too far.
     widest = max(extent) / core_radius * 2**level
-    side = core_radius / 2**level * (1.0 + max(1e-9, 8.0 * np.finfo(float).eps * widest))
+    side = core_radius / 2**level * (1.0 + max(1e-9, _ROUNDING * widest))
     side = max(side, max(extent) / (_LONGEST - 1))
     return side, tuple(int(length / side) + 1 for length in extent)
 

@@ -188,12 +188,10 @@ def bounce(first, last, rows, position, velocity, along_x, along_y):
                     velocity[row, axis] = -velocity[row, axis]
 
 
-def _square(dx, dy):
+@inlined(exact=True)
+def distance_2(dx, dy):
+    """dx^2 + dy^2, rounded alike in both tiers: it decides who is a neighbour of whom."""
     return dx * dx + dy * dy
-
-
-#: dx^2 + dy^2, rounded alike in both tiers: it decides who is a neighbour of whom.
-distance_2 = inlined(_square, exact=True)
 
 
 @inlined

@@ -5,6 +5,8 @@ mirror images of its own.  Sorted among the agents, they spare every search and 
 knowing the domain.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from apmethod.compile import compiled, inlined, memory
@@ -14,27 +16,39 @@ from apmethod.perceive.domain import MIRRORED, PERIODIC, Domain
 REAL, WRAPPED, MIRROR = 0, 1, 2
 
 
-def with_images(
-    positions: np.ndarray, core_radius: float, domain: Domain
-) -> tuple[np.ndarray | None, np.ndarray, np.ndarray]:
-    """The agents, positions of shape (n, 2), then their images within a core radius outside.
+class Entries(NamedTuple):
+    """Agents, and after them their images; all but the places are empty where there are none.
 
-    Returns:
-        row, the agent of each entry; shift, what to add to its position, of shape
-        (entries, 2); kind, REAL, WRAPPED or MIRROR.  Where the domain makes no images, row
-        is None and the others are empty.
+    Attributes:
+        places: where each one is seen, of shape (entries, 2).
+        row: the agent of each.
+        shift: what was added to the agent's position, of shape (entries, 2).
+        kind: REAL, WRAPPED or MIRROR.
     """
+
+    places: np.ndarray
+    row: np.ndarray
+    shift: np.ndarray
+    kind: np.ndarray
+
+
+_NO_ROW, _NO_SHIFT, _NO_KIND = np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int8)
+
+
+def with_images(positions: np.ndarray, core_radius: float, domain: Domain) -> Entries:
+    """The agents, positions of shape (n, 2), and their images within a core radius outside."""
     if not domain.makes_images:
-        return None, np.empty((0, 2)), np.empty(0, np.int8)
+        return Entries(positions, _NO_ROW, _NO_SHIFT, _NO_KIND)
     reach = core_radius * (1.0 + 1e-9)  # one image too many is better than one too few
-    agents = len(positions)
-    entries = agents + _count(positions, reach, *domain.limits)
-    row = memory.empty(entries, np.int64)
-    shift = memory.empty((entries, 2))
-    kind = np.empty(entries, np.int8)
-    row[:agents], shift[:agents], kind[:agents] = np.arange(agents), 0.0, REAL
-    _fill(positions, reach, *domain.limits, row, shift, kind, agents)
-    return row, shift, kind
+    count = len(positions) + _count(positions, reach, *domain.limits)
+    entries = Entries(
+        memory.empty((count, 2)),
+        memory.empty(count, np.int64),
+        memory.empty((count, 2)),
+        memory.empty(count, np.int8),
+    )
+    _fill(positions, reach, *domain.limits, *entries)
+    return entries
 
 
 @inlined
@@ -68,10 +82,14 @@ def _count(positions, reach, along_x, along_y):
 
 
 @compiled
-def _fill(positions, reach, along_x, along_y, row, shift, kind, count):
-    """Write the images, those of an agent one after the other, from entry ``count`` on."""
-    for agent in range(positions.shape[0]):
+def _fill(positions, reach, along_x, along_y, places, row, shift, kind):
+    """Write the agents, then the images, those of an agent one after the other."""
+    agents = count = positions.shape[0]
+    for agent in range(agents):
         x, y = positions[agent, 0], positions[agent, 1]
+        places[agent, 0], places[agent, 1] = x, y
+        row[agent], kind[agent] = agent, REAL
+        shift[agent, 0], shift[agent, 1] = 0.0, 0.0
         west, east = _sides(x, reach, along_x)
         south, north = _sides(y, reach, along_y)
         for column in range(-1, 2):
@@ -82,11 +100,12 @@ def _fill(positions, reach, along_x, along_y, row, shift, kind, count):
                     continue
                 if column == 0 and line == 0:
                     continue
-                row[count] = agent
-                shift[count, 0] = _step(x, along_x, (column + 1) // 2) if column else 0.0
-                shift[count, 1] = _step(y, along_y, (line + 1) // 2) if line else 0.0
+                dx = _step(x, along_x, (column + 1) // 2) if column else 0.0
+                dy = _step(y, along_y, (line + 1) // 2) if line else 0.0
+                places[count, 0], places[count, 1] = x + dx, y + dy
+                shift[count, 0], shift[count, 1] = dx, dy
                 mirrored = (column and along_x[2] == MIRRORED) or (line and along_y[2] == MIRRORED)
-                kind[count] = MIRROR if mirrored else WRAPPED
+                row[count], kind[count] = agent, MIRROR if mirrored else WRAPPED
                 count += 1
 
 

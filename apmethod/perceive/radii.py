@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from apmethod.compile import compiled, in_blocks, inlined
-from apmethod.perceive.cells import SortedCells, grid_of, in_order
+from apmethod.perceive.cells import SortedCells, grid_of
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import with_images
-from apmethod.perceive.sorting import sort_numbers
+from apmethod.perceive.sorting import in_order, sort_numbers
 
 #: Radii of a class differ by this factor at most, but for the last class, which has the rest.
 #: Measured: smaller ones look into too many lattices, larger ones at too many agents.
@@ -32,9 +32,9 @@ def sort_by_radius(
     are the largest radius of the class / 2^level.
     """
     largest = float(radii.max())
-    row, shift, image = with_images(positions, largest, domain)
-    where = positions if row is None else positions[row] + shift
-    radius = radii if row is None else radii[row]
+    entries = with_images(positions, largest, domain)
+    where = entries.places
+    radius = radii[entries.row] if domain.makes_images else radii
     # One class has the middle radius in its middle, and with it most agents of a crowd.
     kind = np.round(np.log(np.median(radius) / radius) / np.log(_RATIO)).astype(np.int64)
     kind = np.minimum(kind - kind.min(), _CLASSES - 1)
@@ -58,14 +58,11 @@ def sort_by_radius(
     cells_before = np.concatenate([[0], np.cumsum(np.bincount(line, minlength=first_line[-1]))])
     lattices = (widest, lowest, side, grid, first_line, cells_before)
     low, high = _runs(where[order], radius[order], start, column, lattices)
-    sorted_row = order if row is None else row[order]
-    x, y = in_order(positions, sorted_row)
-    shift_x, shift_y = in_order(shift, order)
     return SortedCells(
         core_radius=largest, level=level, side=float(side[0]), origin=tuple(lowest[0]),
-        grid=tuple(grid[0].tolist()), row=sorted_row, image=image[order] if len(image) else image,
-        x=x, y=y, shift_x=shift_x, shift_y=shift_y, number=line * grid[:, 0].max() + column,
+        grid=tuple(grid[0].tolist()), number=line * grid[:, 0].max() + column,
         start=start, low=low, high=high, radius=radius[order],
+        **in_order(order, positions, entries),
     )  # fmt: skip
 
 

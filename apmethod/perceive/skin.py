@@ -16,8 +16,10 @@ import numpy as np
 
 from apmethod.checks import finite_number
 from apmethod.compile import compiled
-from apmethod.perceive.cells import SortedCells, in_order, sort_into_cells
+from apmethod.perceive.cells import SortedCells, sort_into_cells
 from apmethod.perceive.domain import Domain
+from apmethod.perceive.images import with_images
+from apmethod.perceive.sorting import in_order
 
 
 class Skin:
@@ -55,8 +57,8 @@ class Skin:
         if self._serves(positions, changes, core_radius):
             self.spared += 1
             found = self._found
-            x, y = in_order(positions, found.row)
-            return replace(found, core_radius=core_radius, x=x, y=y, searched=found)
+            moved = in_order(found.row, positions, with_images(positions, core_radius, domain))
+            return replace(found, core_radius=core_radius, searched=found, **moved)
         found = sort_into_cells(positions, core_radius * (1.0 + self.share), level, domain)
         self.searches += 1
         self._found, self._from = found, positions.copy()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from apmethod.compile import compiled, in_blocks, memory, threads
+from apmethod.perceive.images import Entries
 
 #: Agents a block at least; below, a second thread does not pay.
 _BLOCK = 20_000
@@ -132,6 +133,53 @@ def _find_runs(first, last, number, grid, reach, begin, low, high):
                 high[cell, run] = begin[row * grid[0] + east + 1]
             else:
                 low[cell, run], high[cell, run] = 0, 0
+
+
+@compiled
+def occupied(begin):
+    """Numbers of the sub-domains that hold anybody, and where each begins, and the last ends."""
+    cells = 0
+    for k in range(len(begin) - 1):
+        cells += begin[k] < begin[k + 1]
+    number, start = np.empty(cells, np.int64), np.empty(cells + 1, np.int64)
+    cell = 0
+    for k in range(len(begin) - 1):
+        if begin[k] < begin[k + 1]:
+            number[cell], start[cell] = k, begin[k]
+            cell += 1
+    start[cells] = begin[-1]
+    return number, start
+
+
+def in_order(
+    order: np.ndarray, positions: np.ndarray, entries: Entries
+) -> dict[str, np.ndarray]:
+    """What `SortedCells` holds of agents at positions, (n, 2), and their images, in an order."""
+    images = len(order) if len(entries.row) else 0
+    x, y = memory.empty((2, len(order)))
+    shift_x, shift_y = memory.empty((2, images))
+    image = memory.empty(images, np.int8)
+    row = memory.empty(images, np.int64) if images else order
+    in_blocks(_take_all, len(order), order, positions, *entries[1:], row, x, y, shift_x, shift_y,
+              image)  # fmt: skip
+    return {
+        "row": row, "x": x, "y": y, "shift_x": shift_x, "shift_y": shift_y, "image": image
+    }  # fmt: skip
+
+
+@compiled
+def _take_all(
+    first, last, order, positions, from_row, from_shift, from_kind, row, x, y, shift_x, shift_y,
+    image,
+):  # fmt: skip
+    for k in range(first, last):
+        agent = order[k]
+        if from_row.size:
+            shift_x[k], shift_y[k] = from_shift[agent, 0], from_shift[agent, 1]
+            image[k] = from_kind[agent]
+            agent = from_row[agent]
+            row[k] = agent
+        x[k], y[k] = positions[agent, 0], positions[agent, 1]
 
 
 @compiled

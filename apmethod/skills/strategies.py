@@ -186,7 +186,7 @@ class Strategies(Skill):
 @cache
 def _compile_choice(score: Callable, reads: tuple[tuple[str, int | None], ...]) -> Callable:
     read = column_reader(reads)
-    inlined(score)
+    inlined(score, arrays=True)
 
     @compiled
     def head_for_the_best(

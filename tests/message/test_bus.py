@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from apmethod import AgentParticle, ParticleModel, Periodic, term
+from apmethod import AgentParticle, DiffusingParticle, ParticleModel, Periodic, term
 from apmethod.message.bus import MessageBus
 from samples import Curious, build
 
@@ -118,3 +118,20 @@ def test_coincident_and_lonely_agents_are_no_trouble():
     empty = build(0, flow=None)
     empty.step()
     assert len(empty.particles) == 0
+
+
+class Folder(DiffusingParticle):
+    """Its formula makes an array, as people's may."""
+
+    @term("even")
+    def folded(pair, i, j):
+        return np.array([pair.w, 2.0 * pair.w]).sum()
+
+
+def test_a_formula_may_make_arrays():
+    models = [build(40, agent_class=Folder, tier=tier, dt=1e-4) for tier in ("compiled", "agents")]
+    for model in models:
+        model.step()
+    compiled, agents = (model.particles.folded for model in models)
+    assert (agents > 0.0).any()
+    assert np.allclose(compiled, agents, rtol=1e-12, atol=0.0)

@@ -44,7 +44,7 @@ class Beams(NamedTuple):
     sign: np.ndarray  #: (beams,) -1 after an odd number of walls that absorb, else 1
 
 
-@inlined
+@inlined(arrays=True)
 def empty_beams():
     """Room for the beams of one place."""
     most = MOST_BEAMS
