@@ -8,8 +8,6 @@ runs its own perceive or contribute is computed by that agent, in Python.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -50,7 +48,9 @@ class Procedure:
         self.tier = tier
         #: Seconds spent in each phase since the model was made.
         self.seconds = dict.fromkeys(PHASES, 0.0) | ({"skills": 0.0} if model.skills else {})
+        self._clocks = {phase: _Clock(self.seconds, phase) for phase in self.seconds}
         self._split_cells: SortedCells | None = None
+        self._everybody = np.arange(0)
 
     # -- who runs what -----------------------------------------------------------------
 
@@ -93,7 +93,9 @@ class Procedure:
         particles = self.model.particles
         own = [cls for cls in particles.classes if self.in_python(cls, step)]
         if not own:
-            return [], np.arange(len(particles))
+            if len(self._everybody) != len(particles):
+                self._everybody = np.arange(len(particles))
+            return [], self._everybody
         rows = particles.rows_of(*own)
         others = np.setdiff1d(np.arange(len(particles)), rows, assume_unique=True)
         return [particles._agents[row] for row in rows], others
@@ -102,7 +104,7 @@ class Procedure:
 
     def perceive(self) -> None:
         """Take down where everybody is; agents with eyes of their own look around."""
-        with self._timed("perceive"):
+        with self._clocks["perceive"]:
             space = self.model.space
             space.take_down()
             self._agents, self._rows = self._divided("pairs")
@@ -115,7 +117,7 @@ class Procedure:
 
     def contribute(self, number: int) -> None:
         """Compute every pair of round ``number`` once."""
-        with self._timed("contribute"):
+        with self._clocks["contribute"]:
             bus = self.model.bus
             bus.open(number)
             if not self._agents:
@@ -148,7 +150,7 @@ class Procedure:
 
     def message(self) -> None:
         """Deliver the round's sums to the agents."""
-        with self._timed("message"):
+        with self._clocks["message"]:
             agents, rows = self._divided("message")
             self.model.bus.deliver_all(rows if agents else None)
             for agent in agents:
@@ -157,7 +159,7 @@ class Procedure:
 
     def advance(self, stage: Stage) -> None:
         """Send the agents to the stage's trial places, or move them for good."""
-        with self._timed("move"):
+        with self._clocks["move"]:
             agents, rows = self._divided("move")
             if len(rows):
                 self.model.motion.advance_all(rows)
@@ -172,12 +174,19 @@ class Procedure:
     def take_turns(self, turn: str, *arguments: float) -> None:
         """Let each skill have its turn ("begin", "perceived" or "end")."""
         if self.model.skills:
-            with self._timed("skills"):
+            with self._clocks["skills"]:
                 for skill in self.model.skills:
                     getattr(skill, turn)(*arguments)
 
-    @contextmanager
-    def _timed(self, phase: str) -> Iterator[None]:
-        began = perf_counter()
-        yield
-        self.seconds[phase] += perf_counter() - began
+
+class _Clock:
+    """Adds the time spent in a ``with`` block to a phase's seconds."""
+
+    def __init__(self, seconds: dict[str, float], phase: str):
+        self._seconds, self._phase = seconds, phase
+
+    def __enter__(self) -> None:
+        self._began = perf_counter()
+
+    def __exit__(self, *error: object) -> None:
+        self._seconds[self._phase] += perf_counter() - self._began

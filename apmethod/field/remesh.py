@@ -83,16 +83,13 @@ class Remesh:
     def strain(self) -> float:
         """The strain since the agents were laid that 95 % of the mass stay below."""
         particles, domain = self.model.particles, self.model.space.domain
-        node, mass = particles.array("_node"), particles.array("mass")
-        at_node = np.full(self._grid, -1, np.int64)
-        rows = np.flatnonzero(node[:, 0] >= 0)
-        at_node[node[rows, 0], node[rows, 1]] = rows
-        stretch = np.full(len(particles), np.nan)
-        _stretch(at_node, particles.array("position"), self._spacings, domain.periods, stretch)
-        inner = np.flatnonzero(np.isfinite(stretch))
-        if not len(inner):
+        stretch, mass = _stretches(
+            particles.array("_node"), self._grid, particles.array("position"),
+            particles.array("mass"), self._spacings, domain.periods,
+        )  # fmt: skip
+        if not len(stretch):
             return 0.0
-        order = inner[np.argsort(stretch[inner])]
+        order = np.argsort(stretch)
         share = np.cumsum(mass[order])
         worst = order[np.searchsorted(share, (1.0 - _BEYOND) * share[-1])]
         spread = self.model.spacing / np.sqrt(self._spacings[0] * self._spacings[1])
@@ -208,10 +205,19 @@ def keeping_moments(
 
 
 @compiled
-def _stretch(at_node, positions, spacings, periods, stretch):
-    """How far apart each agent's neighbours on the lattice are, over how far they were."""
-    for i in range(1, at_node.shape[0] - 1):
-        for j in range(1, at_node.shape[1] - 1):
+def _stretches(node, grid, positions, mass, spacings, periods):
+    """How far apart agents' neighbours on the lattice are, over how far they were.
+
+    Returns:
+        That of each agent that has all four, and the agent's mass.
+    """
+    at_node = np.full(grid, -1, np.int64)
+    for row in range(len(node)):
+        if node[row, 0] >= 0:
+            at_node[node[row, 0], node[row, 1]] = row
+    stretch, share, count = np.empty(len(node)), np.empty(len(node)), 0
+    for i in range(1, grid[0] - 1):
+        for j in range(1, grid[1] - 1):
             here, east, west = at_node[i, j], at_node[i + 1, j], at_node[i - 1, j]
             north, south = at_node[i, j + 1], at_node[i, j - 1]
             if here < 0 or east < 0 or west < 0 or north < 0 or south < 0:
@@ -223,4 +229,6 @@ def _stretch(at_node, positions, spacings, periods, stretch):
             # The larger singular value of F = ((a, b), (c, d)) / 2.
             square, det = a * a + b * b + c * c + d * d, a * d - b * c
             root = np.sqrt(max(square * square - 4.0 * det * det, 0.0))
-            stretch[here] = 0.5 * np.sqrt(0.5 * (square + root))
+            stretch[count], share[count] = 0.5 * np.sqrt(0.5 * (square + root)), mass[here]
+            count += 1
+    return stretch[:count], share[:count]

@@ -54,19 +54,6 @@ def scatter(
     in_blocks(_deliver, len(row), row, cells.image, begin, end, base, tables, sums)
 
 
-@inlined
-def _run_behind(cell, run, start, low, high, image):
-    """Entries from the sub-domain's own on: the rest of its line, and north."""
-    begin = start[cell] if run == low.shape[1] // 2 else low[cell, run]
-    end = high[cell, run]
-    if image.size and image[start[cell]]:  # agents come first: it has none, and images want none
-        while begin < end and image[begin]:
-            begin += 1
-        while begin < end and image[end - 1]:
-            end -= 1
-    return begin, end
-
-
 @compiled
 def _parts(start, low, high, image):
     """Divide the sub-domains into parts of about as many candidates each.
@@ -78,9 +65,12 @@ def _parts(start, low, high, image):
     cells = len(start) - 1
     tested, candidates = np.zeros(cells, np.int64), 0
     for each in range(cells):
-        for run in range(low.shape[1] // 2, low.shape[1]):
-            first, last = _run_behind(each, run, start, low, high, image)
-            tested[each] += (last - first) * (start[each + 1] - start[each])
+        behind = high[each, low.shape[1] // 2] - start[each]
+        for run in range(low.shape[1] // 2 + 1, low.shape[1]):
+            behind += high[each, run] - low[each, run]
+        if image.size and image[start[each]]:
+            behind //= 2  # as a guess: images look at agents only
+        tested[each] = behind * (start[each + 1] - start[each])
         candidates += tested[each]
     wanted = 1
     while wanted < _PARTS and wanted * _PART < candidates:
@@ -120,6 +110,19 @@ def _deliver(first, last, row, image, begin, end, base, tables, sums):
                 total += tables[column, base[other] + k - begin[other]]
                 other -= 1
             sums[row[k], column] = total
+
+
+@inlined
+def _run_behind(cell, run, start, low, high, image):
+    """Entries from the sub-domain's own on: the rest of its line, and north."""
+    begin = start[cell] if run == low.shape[1] // 2 else low[cell, run]
+    end = high[cell, run]
+    if image.size and image[start[cell]]:  # agents come first: it has none, and images want none
+        while begin < end and image[begin]:
+            begin += 1
+        while begin < end and image[end - 1]:
+            end -= 1
+    return begin, end
 
 
 @cache

@@ -16,6 +16,7 @@ from apmethod.perceive.mesa_space import MesaSpace
 from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
 from apmethod.perceive.skin import Skin
+from apmethod.perceive.sorting import sharing_a_cell
 from apmethod.perceive.vicinity import Vicinity
 
 if TYPE_CHECKING:
@@ -160,9 +161,9 @@ class QuadLattice(MesaSpace):
         """
         if not len(self._cells.row) or self.own_radii:
             return 0
-        level, share = self._cells.level, np.diff(self._cells.start)
-        sharing = float(share @ share) / len(self._cells.row) * 4**level
-        return int(sharing > (20.0 if level == 0 else 15.0))
+        level = self._cells.level
+        sharing = sharing_a_cell(self._cells.start) * 4**level
+        return int(sharing > (28.0 if level == 0 else 22.0))
 
     def _crowd_warning(self) -> str:
         cells = self._cells

@@ -91,6 +91,15 @@ def longest_run(low, high):
 
 
 @compiled
+def sharing_a_cell(start):
+    """In how large a company entries are in their sub-domain, on average."""
+    company = 0
+    for cell in range(len(start) - 1):
+        company += (start[cell + 1] - start[cell]) ** 2
+    return company / start[-1]
+
+
+@compiled
 def _number_and_count(first, last, edges, places, lowest, side, grid, number, tally):
     for block in range(first, last):
         for k in range(edges[block], edges[block + 1]):
@@ -151,9 +160,7 @@ def occupied(begin):
     return number, start
 
 
-def in_order(
-    order: np.ndarray, positions: np.ndarray, entries: Entries
-) -> dict[str, np.ndarray]:
+def in_order(order: np.ndarray, positions: np.ndarray, entries: Entries) -> dict[str, np.ndarray]:
     """What `SortedCells` holds of agents at positions, (n, 2), and their images, in an order."""
     images = len(order) if len(entries.row) else 0
     x, y = memory.empty((2, len(order)))
