@@ -13,38 +13,26 @@ from queue import SimpleQueue
 from threading import Thread
 
 import numpy as np
-from numba.core import types
-from numba.extending import intrinsic
 
+from apmethod.compile.atomic import read_now
 from apmethod.compile.jit import compiled
 
 #: Looks at the number before sleeping: about a millisecond.
 _LOOKS = 1_000_000
 #: Looks after it has changed, some microseconds, in which whoever changed it lets go of the
 #: GIL: to find it taken means to sleep.
-_GRACE = 5_000
+_GRACE = 20_000
 #: Places of the two numbers, apart by more than what a processor fetches at once.
 _ASKED, _DONE = 0, 16
-
-
-@intrinsic
-def _now(typingctx, numbers, place):
-    """numbers[place] as it is in memory now; a plain read in a loop is made once."""
-
-    def read(context, builder, signature, arguments):
-        array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        return builder.load_atomic(builder.gep(array.data, [arguments[1]]), "acquire", 8)
-
-    return types.int64(numbers, types.intp), read
 
 
 @compiled
 def _watch(numbers, place, known, looks, grace):
     """Return once numbers[place] is no longer ``known``, or after so many looks."""
     for _ in range(looks):
-        if _now(numbers, place) != known:
+        if read_now(numbers, place) != known:
             for _ in range(grace):
-                _now(numbers, place)
+                read_now(numbers, place)
             return
 
 

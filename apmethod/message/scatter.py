@@ -2,8 +2,8 @@
 
 This is the paper's message (2.3) compiled.  The sub-domains are divided into parts that
 depend on the agents alone, and each part sums into a table of its own, which goes on behind
-it as far as its pairs reach.  The tables are added up in one order, so that the bits do not
-depend on who has filled them.
+it as far as its pairs reach.  Threads take one part after the other until none is left.
+The tables are added up in one order, so that the bits do not depend on who has filled them.
 
 The agents behind a sub-domain in the sorted order are copied block by block into a short
 table, with a column for each part of the message.  Each agent of the sub-domain runs over
@@ -17,12 +17,13 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import LANES, compiled, in_blocks, inlined, memory
+from apmethod.compile import LANES, claim, compiled, in_blocks, inlined, memory, threads
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import distance_2
+from apmethod.perceive.images import REAL
 
 #: Agents in a block: few enough for the nearest cache, enough for most sub-domains.
 _BLOCK = 240
@@ -46,8 +47,9 @@ def scatter(
     run = _compile(tuple(terms), kernel, reads, bool(len(cells.image)), len(table))
     cell, begin, end, base = _parts(cells.start, cells.low, cells.high, cells.image)
     tables = memory.zeros((width_of(terms), base[-1]))
+    claimed = np.zeros(1, np.int64)
     in_blocks(
-        run, len(begin), cell, begin, base, cells.start, cells.low, cells.high, cells.image,
+        run, min(threads(), len(begin)), claimed, cell, begin, base, cells.start, cells.low, cells.high, cells.image,
         cells.x, cells.y, cells.shift_x, cells.shift_y, table,
         cells.core_radius, cells.core_radius / kernel.support, tables, least=1,
     )  # fmt: skip
@@ -63,14 +65,17 @@ def _parts(start, low, high, image):
         entries that each part adds to; base, where its table begins, and the last one ends.
     """
     cells = len(start) - 1
+    agents = np.arange(start[-1] + 1)  # before each entry, images not counted
+    for k in range(len(image)):
+        agents[k + 1] = agents[k] + (image[k] == REAL)
     tested, candidates = np.zeros(cells, np.int64), 0
     for each in range(cells):
-        behind = high[each, low.shape[1] // 2] - start[each]
-        for run in range(low.shape[1] // 2 + 1, low.shape[1]):
-            behind += high[each, run] - low[each, run]
-        if image.size and image[start[each]]:
-            behind //= 2  # as a guess: images look at agents only
-        tested[each] = behind * (start[each + 1] - start[each])
+        middle = low.shape[1] // 2
+        for run in range(middle, low.shape[1]):
+            first, last = start[each] if run == middle else low[each, run], high[each, run]
+            if len(image) and image[start[each]] != REAL:
+                first, last = agents[first], agents[last]
+            tested[each] += (last - first) * (start[each + 1] - start[each])
         candidates += tested[each]
     wanted = 1
     while wanted < _PARTS and wanted * _PART < candidates:
@@ -215,16 +220,18 @@ def _compile(
 
     @compiled
     def scatter_sums(
-        first, last, cell, begin, base, start, low, high, image, x, y, shift_x, shift_y, table,
-        core_radius, smoothing_length, tables,
+        first, last, claimed, cell, begin, base, start, low, high, image, x, y, shift_x, shift_y,
+        table, core_radius, smoothing_length, tables,
     ):  # fmt: skip
         block = np.ones((half + width, _BLOCK + LANES))
         pieces = np.empty((low.shape[1], 2), np.int64)
-        for part in range(first, last):
+        part = claim(claimed)
+        while part < len(begin):
             for each in range(cell[part], cell[part + 1]):
                 sum_cell(
                     each, block, pieces, base[part] - begin[part], start, low, high, image, x, y,
                     shift_x, shift_y, table, core_radius, smoothing_length, tables,
                 )  # fmt: skip
+            part = claim(claimed)
 
     return scatter_sums
