@@ -234,8 +234,8 @@ def _error(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
     )
 
     names = options.problems.split(",") if options.problems else QUICK if options.quick else CHOSEN
-    sizes = options.sizes or (SIZES[:4] if options.quick else SIZES)
-    edges = EDGES[:3] if options.quick else EDGES
+    sizes = options.sizes or (SIZES[:6] if options.quick else SIZES)
+    edges = EDGES[:5] if options.quick else EDGES
     folder = options.out or Path("out") / "bench_error"
     patience = QUICK_PATIENCE if options.quick else PATIENCE
     return study(names, sizes, edges, folder, report, patience=patience)

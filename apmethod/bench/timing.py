@@ -12,6 +12,8 @@ Report = Callable[[float, int], None]
 
 #: Seconds between two contenders: threads that a peer leaves spinning fall asleep in them.
 _PAUSE = 0.01
+#: Seconds that it takes a processor to get up to its pace after a pause.
+_AWAKE = 0.03
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,9 @@ def alternate(
     Args:
         contenders: what to run by name; each gives back the seconds it took.
         rounds: number of rounds.
-        warm: runs of a contender just before the one that counts.  Step follows step in a
-            simulation, so that each finds its data in the caches and its threads awake.
+        warm: runs of a contender just before the one that counts, at least, and at least 30 ms
+            of them.  Step follows step in a simulation, so that each finds its data in the
+            caches, its threads awake and the processor at its pace.
         before: called before each round, untimed; it may set the next state for all.
         after: called after each round, untimed.
     """
@@ -81,8 +84,10 @@ def alternate(
         before()
         for name in list(contenders)[:: -1 if number % 2 else 1]:
             sleep(_PAUSE)
-            for _ in range(warm):
-                contenders[name]()
+            runs, spent = 0, 0.0
+            while warm and (runs < warm or spent < _AWAKE):
+                spent += contenders[name]()
+                runs += 1
             seconds[name].append(contenders[name]())
         after()
     return {name: Times(tuple(values)) for name, values in seconds.items()}

@@ -49,7 +49,8 @@ def scatter(
     tables = memory.zeros((width_of(terms), base[-1]))
     claimed = np.zeros(1, np.int64)
     in_blocks(
-        run, min(threads(), len(begin)), claimed, cell, begin, base, cells.start, cells.low, cells.high, cells.image,
+        run, min(threads(), len(begin)), claimed, cell, begin, base,
+        cells.start, cells.low, cells.high, cells.image,
         cells.x, cells.y, cells.shift_x, cells.shift_y, table,
         cells.core_radius, cells.core_radius / kernel.support, tables, least=1,
     )  # fmt: skip
@@ -189,6 +190,8 @@ def _compile(
                     run += 1
                     if run < low.shape[1]:
                         at, end = _run_behind(cell, run, start, low, high, image)
+            if count == 0:
+                continue  # images with no agent behind
             block[place, count : count + LANES] = np.inf  # nobody is near there
             for i in range(start[cell], start[cell + 1]):
                 me, total = read(table, i), zero

@@ -205,7 +205,7 @@ class Motion:
         if self.stage.interacts:
             self._hold_off(rows, in_python=False)
             rate = self.particles.array("_rate")
-            rate[rows] = 0.0
+            rate.fill(0.0)
             for law in self.evaluated:
                 law.add_to(rate, self.particles, rows, self.now())
         self._carry_out(rows, in_python=False)

@@ -225,6 +225,13 @@ def test_contenders_run_in_turn():
     assert times["a"].seconds == (1.0, 1.0, 1.0)
 
 
+def test_contenders_warm_up_by_runs_and_by_seconds():
+    for seconds, runs in ((1.0, 3), (0.004, 9)):
+        ran = []
+        alternate({"a": lambda s=seconds, ran=ran: ran.append(s) or s}, 1, warm=2)
+        assert len(ran) == runs
+
+
 def test_progress_ends_at_one():
     told = []
     progress = Progress(lambda share, rounds: told.append((share, rounds)), [100, 300])

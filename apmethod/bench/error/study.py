@@ -27,7 +27,7 @@ from apmethod.bench.results import machine
 from apmethod.bench.timing import Progress, Report
 from apmethod.compile import threads
 
-SIZES = (500, 1000, 2000, 4000, 8000, 16_000, 32_000, 64_000)
+SIZES = (125, 250, 500, 1000, 2000, 4000, 8000, 16_000, 32_000, 64_000)
 #: What the study takes unless it is told, and in its short form.
 CHOSEN = (
     "mixture-1e-3",
@@ -49,7 +49,7 @@ SCHEMES: dict[str, tuple[dict[str, Any], int]] = {
     "accurate": ({"accuracy": "accurate"}, 64_000),
 }
 #: Mesh edges along a side.
-EDGES = (15, 30, 60, 120)
+EDGES = (10, 15, 20, 30, 60, 120)
 #: A contender whose run took longer than this, in seconds, gets no larger ones; in the
 #: short form it is less.
 PATIENCE, QUICK_PATIENCE = 12.0, 2.0
@@ -192,7 +192,7 @@ def steps_for(problem: Problem, scheme: str, edges: int) -> list[int]:
     Along characteristics a step may be long.  Crank-Nicolson has to follow the flow from
     element to element.
     """
-    finest = max(8, 2 * edges // 3)
+    finest = max(12, 2 * edges // 3)
     if problem.flow is not None and "Crank" in scheme:
         return [8 * edges, 16 * edges]
     return [finest // 4, finest // 2, finest]
