@@ -95,21 +95,34 @@ class MessageBus:
         #: The terms that are being exchanged.
         self.terms: tuple[Term, ...] = self.rounds[number]
         self._pass = self._passes[number]
-        # Part by part in memory, as the columns are that sums are delivered to.
-        self._sums = memory.zeros((self._pass.width, len(self.particles))).T
+        self._begun: np.ndarray | None = None
         self._mail: dict[AgentParticle, dict[AgentParticle, Message]] = {}
 
     def close(self) -> None:
         """End the round and drop its messages."""
         self.terms = ()
-        self._sums = np.empty((0, 0))
+        self._begun = None
         self._mail = {}
+
+    @property
+    def _sums(self) -> np.ndarray:
+        """What each agent has been sent in all, of shape (agents, width); zeros at first."""
+        if self._begun is None:
+            self._begun = self._empty_sums()
+            self._begun.fill(0.0)
+        return self._begun
+
+    def _empty_sums(self) -> np.ndarray:
+        # Part by part in memory, as the columns are that sums are delivered to.
+        return memory.empty((self._pass.width, len(self.particles))).T
 
     def contribute_all(self, cells: SortedCells, rows: np.ndarray | None = None) -> None:
         """Sum the contributions among the agents in ``cells``, compiled.
 
         ``rows`` are the table's rows that the cells were made from, None for all.
         """
+        if rows is None:
+            self._begun = self._empty_sums()  # each of them is about to be written
         try:
             sights = self.space.sights_of(cells)
             self._pass(cells, self._lists_of(cells), self._sums, rows, sights)

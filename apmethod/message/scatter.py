@@ -27,8 +27,8 @@ from apmethod.perceive.images import REAL
 
 #: Agents in a block: few enough for the nearest cache, enough for most sub-domains.
 _BLOCK = 240
-#: Candidates in a part, below which another thread does not pay: some 0.1 ms of work.
-_PART = 40_000
+#: Candidates in a part, below which another thread does not pay: some 0.2 ms of work.
+_PART = 80_000
 #: Parts at the most, a power of two: enough to keep threads equally busy, few enough that
 #: their tables hardly overlap.
 _PARTS = 32
@@ -45,21 +45,28 @@ def scatter(
 ) -> None:
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
     run = _compile(tuple(terms), kernel, reads, bool(len(cells.image)), len(table))
-    cell, begin, end, base = _parts(cells.start, cells.low, cells.high, cells.image)
-    tables = memory.zeros((width_of(terms), base[-1]))
+    cell, begin, end, base = _parts(cells.start, cells.low, cells.high, cells.image, _PART, _PARTS)
+    tables = memory.empty((width_of(terms), base[-1]))
     claimed = np.zeros(1, np.int64)
     in_blocks(
-        run, min(threads(), len(begin)), claimed, cell, begin, base,
+        run, min(threads(), len(begin)), claimed, cell, begin, end, base, row,
         cells.start, cells.low, cells.high, cells.image,
         cells.x, cells.y, cells.shift_x, cells.shift_y, table,
-        cells.core_radius, cells.core_radius / kernel.support, tables, least=1,
+        cells.core_radius, cells.core_radius / kernel.support, tables, sums, least=1,
     )  # fmt: skip
-    in_blocks(_deliver, len(row), row, cells.image, begin, end, base, tables, sums)
+    in_blocks(
+        _add_up, len(begin), row, cells.image, begin, end, base, tables, sums, least=_PARTS // 2
+    )
 
 
 @compiled
-def _parts(start, low, high, image):
+def _parts(start, low, high, image, least, most):
     """Divide the sub-domains into parts of about as many candidates each.
+
+    Args:
+        start, low, high, image: see `SortedCells`.
+        least: candidates in a part.
+        most: parts, a power of two.
 
     Returns:
         cell, the first sub-domain of each part, and behind the last one; begin and end, the
@@ -79,12 +86,12 @@ def _parts(start, low, high, image):
             tested[each] += (last - first) * (start[each + 1] - start[each])
         candidates += tested[each]
     wanted = 1
-    while wanted < _PARTS and wanted * _PART < candidates:
+    while wanted < most and wanted * least < candidates:
         wanted *= 2
     cell, parts = np.zeros(wanted + 1, np.int64), 1
     before, share = 0, 1
     for each in range(cells):
-        if before * wanted >= share * candidates and before:
+        if before * wanted >= share * candidates and before and parts < wanted:
             cell[parts] = each
             parts += 1
             share = before * wanted // candidates + 1
@@ -101,21 +108,32 @@ def _parts(start, low, high, image):
     return cell[: parts + 1], begin, end, base
 
 
+@inlined
+def _write(first, last, row, image, at, tables, sums):
+    """Write the sums of entries first to last, which stand in the tables from ``at`` on."""
+    rows, images = row[first:last], image[first:last]
+    for column in range(tables.shape[0]):
+        complete, written = tables[column, at:], sums[:, column]
+        for k in range(len(rows)):
+            if not (images.size and images[k]):
+                written[rows[k]] = complete[k]
+
+
 @compiled
-def _deliver(first, last, row, image, begin, end, base, tables, sums):
-    """Add the parts' tables up, and write the sums in the order of the table's rows."""
-    part = 0
-    for k in range(first, last):
-        if image.size and image[k]:
-            continue
-        while part + 1 < len(begin) and begin[part + 1] <= k:
-            part += 1
-        for column in range(sums.shape[1]):
-            total, other = tables[column, base[part] + k - begin[part]], part - 1
-            while other >= 0 and end[other] > k:
-                total += tables[column, base[other] + k - begin[other]]
-                other -= 1
-            sums[row[k], column] = total
+def _add_up(first, last, row, image, begin, end, base, tables, sums):
+    """Add up the tables of entries that several parts have added to, and write their sums."""
+    for part in range(max(first, 1), last):
+        entry = begin[part]
+        shared = min(end[part - 1], begin[part + 1] if part + 1 < len(begin) else end[part])
+        other = part - 1
+        while other >= 0 and end[other] > entry:
+            for column in range(tables.shape[0]):
+                mine = tables[column, base[part] :]
+                theirs = tables[column, base[other] + entry - begin[other] :]
+                for k in range(min(end[other], shared) - entry):
+                    mine[k] += theirs[k]
+            other -= 1
+        _write(entry, shared, row, image, base[part], tables, sums)
 
 
 @inlined
@@ -223,18 +241,23 @@ def _compile(
 
     @compiled
     def scatter_sums(
-        first, last, claimed, cell, begin, base, start, low, high, image, x, y, shift_x, shift_y,
-        table, core_radius, smoothing_length, tables,
+        first, last, claimed, cell, begin, end, base, row, start, low, high, image, x, y, shift_x,
+        shift_y, table, core_radius, smoothing_length, tables, sums,
     ):  # fmt: skip
         block = np.ones((half + width, _BLOCK + LANES))
         pieces = np.empty((low.shape[1], 2), np.int64)
         part = claim(claimed)
         while part < len(begin):
+            tables[:, base[part] : base[part + 1]] = 0.0
             for each in range(cell[part], cell[part + 1]):
                 sum_cell(
                     each, block, pieces, base[part] - begin[part], start, low, high, image, x, y,
                     shift_x, shift_y, table, core_radius, smoothing_length, tables,
                 )  # fmt: skip
+            # What no part before adds to is complete.
+            alone = begin[part] if part == 0 else max(begin[part], end[part - 1])
+            behind = begin[part + 1] if part + 1 < len(begin) else end[part]
+            _write(alone, behind, row, image, base[part] + alone - begin[part], tables, sums)
             part = claim(claimed)
 
     return scatter_sums

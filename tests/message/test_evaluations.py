@@ -68,6 +68,21 @@ def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
         assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
 
 
+@pytest.mark.parametrize("least", [1, 1000, 10_000])
+@pytest.mark.parametrize("domain", list(DOMAINS))
+def test_parts_cover_all_sub_domains_and_reach_as_far_as_their_runs(domain, least):
+    cells = build(300, agent_class=Curious, domain=DOMAINS[domain], level=1).space.cells
+    runs = cells.start, cells.low, cells.high, cells.image
+    cell, begin, end, base = scatter._parts(*runs, least, 8)
+    assert cell[0] == 0 and cell[-1] == len(cells.number)
+    assert (np.diff(cell) > 0).all()
+    assert len(begin) <= 8 and (least > 1 or len(begin) > 4)
+    for part, (first, last) in enumerate(zip(cell[:-1], cell[1:], strict=True)):
+        assert begin[part] == cells.start[first]
+        assert end[part] >= max(cells.high[first:last].max(), cells.start[last])
+    assert np.array_equal(np.diff(base), end - begin)
+
+
 @pytest.mark.parametrize("evaluation", EVALUATIONS)
 def test_mixed_scenes_agree(evaluation):
     models = [
