@@ -13,7 +13,7 @@ Report = Callable[[float, int], None]
 #: Seconds between two contenders: threads that a peer leaves spinning fall asleep in them.
 _PAUSE = 0.01
 #: Seconds that it takes a processor to get up to its pace after a pause.
-_AWAKE = 0.03
+AWAKE = 0.03
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,7 @@ def alternate(
     rounds: int,
     *,
     warm: int = 0,
+    awake: float = 0.0,
     before: Callable[[], None] = lambda: None,
     after: Callable[[], None] = lambda: None,
 ) -> dict[str, Times]:
@@ -73,9 +74,10 @@ def alternate(
     Args:
         contenders: what to run by name; each gives back the seconds it took.
         rounds: number of rounds.
-        warm: runs of a contender just before the one that counts, at least, and at least 30 ms
-            of them.  Step follows step in a simulation, so that each finds its data in the
-            caches, its threads awake and the processor at its pace.
+        warm: runs of a contender just before the one that counts.  Step follows step in a
+            simulation, so that each finds its data in the caches and its threads awake.
+        awake: seconds that these runs take at least, the more of them the shorter they are;
+            for contenders that a run does not change.
         before: called before each round, untimed; it may set the next state for all.
         after: called after each round, untimed.
     """
@@ -85,7 +87,7 @@ def alternate(
         for name in list(contenders)[:: -1 if number % 2 else 1]:
             sleep(_PAUSE)
             runs, spent = 0, 0.0
-            while warm and (runs < warm or spent < _AWAKE):
+            while runs < warm or spent < awake:
                 spent += contenders[name]()
                 runs += 1
             seconds[name].append(contenders[name]())

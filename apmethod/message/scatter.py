@@ -59,6 +59,22 @@ def scatter(
     )
 
 
+@inlined(arrays=True)
+def _candidates(start, low, high, image):
+    """How many pairs are tested from each sub-domain on."""
+    agents = np.arange(start[-1] + 1)  # before each entry, images not counted
+    for k in range(len(image)):
+        agents[k + 1] = agents[k] + (image[k] == REAL)
+    tested, middle = np.zeros(len(start) - 1, np.int64), low.shape[1] // 2
+    for cell in range(len(tested)):
+        for run in range(middle, low.shape[1]):
+            first, last = start[cell] if run == middle else low[cell, run], high[cell, run]
+            if len(image) and image[start[cell]] != REAL:  # images look at agents only
+                first, last = agents[first], agents[last]
+            tested[cell] += (last - first) * (start[cell + 1] - start[cell])
+    return tested
+
+
 @compiled
 def _parts(start, low, high, image, least, most):
     """Divide the sub-domains into parts of about as many candidates each.
@@ -72,31 +88,20 @@ def _parts(start, low, high, image, least, most):
         cell, the first sub-domain of each part, and behind the last one; begin and end, the
         entries that each part adds to; base, where its table begins, and the last one ends.
     """
-    cells = len(start) - 1
-    agents = np.arange(start[-1] + 1)  # before each entry, images not counted
-    for k in range(len(image)):
-        agents[k + 1] = agents[k] + (image[k] == REAL)
-    tested, candidates = np.zeros(cells, np.int64), 0
-    for each in range(cells):
-        middle = low.shape[1] // 2
-        for run in range(middle, low.shape[1]):
-            first, last = start[each] if run == middle else low[each, run], high[each, run]
-            if len(image) and image[start[each]] != REAL:
-                first, last = agents[first], agents[last]
-            tested[each] += (last - first) * (start[each + 1] - start[each])
-        candidates += tested[each]
+    tested = _candidates(start, low, high, image)
+    candidates = tested.sum()
     wanted = 1
     while wanted < most and wanted * least < candidates:
         wanted *= 2
     cell, parts = np.zeros(wanted + 1, np.int64), 1
     before, share = 0, 1
-    for each in range(cells):
+    for each in range(len(tested)):
         if before * wanted >= share * candidates and before and parts < wanted:
             cell[parts] = each
             parts += 1
             share = before * wanted // candidates + 1
         before += tested[each]
-    cell[parts] = cells
+    cell[parts] = len(tested)
     begin, end = np.empty(parts, np.int64), np.empty(parts, np.int64)
     base, last = np.zeros(parts + 1, np.int64), 0
     for part in range(parts):

@@ -73,8 +73,14 @@ def corners(places):
     west, south, east, north = np.inf, np.inf, -np.inf, -np.inf
     for k in range(places.shape[0]):
         x, y = places[k, 0], places[k, 1]
-        west, east = min(west, x), max(east, x)
-        south, north = min(south, y), max(north, y)
+        if x < west:  # which is hardly ever so; a minimum would have each wait for the one before
+            west = x
+        if x > east:
+            east = x
+        if y < south:
+            south = y
+        if y > north:
+            north = y
     return (west, south), (east, north)
 
 
@@ -101,10 +107,11 @@ def sharing_a_cell(start):
 
 @compiled
 def _number_and_count(first, last, edges, places, lowest, side, grid, number, tally):
+    a_length = 1.0 / side
     for block in range(first, last):
         for k in range(edges[block], edges[block + 1]):
-            column = min(int((places[k, 0] - lowest[0]) / side), grid[0] - 1)
-            line = min(int((places[k, 1] - lowest[1]) / side), grid[1] - 1)
+            column = min(int((places[k, 0] - lowest[0]) * a_length), grid[0] - 1)
+            line = min(int((places[k, 1] - lowest[1]) * a_length), grid[1] - 1)
             number[k] = line * grid[0] + column
             tally[block, number[k]] += 1
 

@@ -228,7 +228,7 @@ def test_contenders_run_in_turn():
 def test_contenders_warm_up_by_runs_and_by_seconds():
     for seconds, runs in ((1.0, 3), (0.004, 9)):
         ran = []
-        alternate({"a": lambda s=seconds, ran=ran: ran.append(s) or s}, 1, warm=2)
+        alternate({"a": lambda s=seconds, ran=ran: ran.append(s) or s}, 1, warm=2, awake=0.03)
         assert len(ran) == runs
 
 

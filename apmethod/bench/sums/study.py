@@ -25,7 +25,7 @@ from apmethod.bench.sums import variants
 from apmethod.bench.sums.peers import Ours, installed_searches
 from apmethod.bench.sums.pysph_peer import PySPH
 from apmethod.bench.sums.roofline import roofline
-from apmethod.bench.timing import Progress, Report, Times, alternate
+from apmethod.bench.timing import AWAKE, Progress, Report, Times, alternate
 from apmethod.compile import set_threads, threads
 from apmethod.contribute.terms import density, density_gradient
 
@@ -191,7 +191,9 @@ def _at_size(
         work = {"pairs": len(ours.model.space.pairs()), "candidates": candidates(ours.model)}
         differences = check_same_sums(contenders, expected, work["pairs"])
         runs = {name: contender.seconds for name, contender in contenders.items()}
-        times = alternate(runs, rounds, warm=2, before=move, after=lambda: progress.made(size))
+        times = alternate(
+            runs, rounds, warm=2, awake=AWAKE, before=move, after=lambda: progress.made(size)
+        )
         return [
             {
                 "agents": size,

@@ -10,7 +10,7 @@ import numpy as np
 from apmethod import AgentParticle, KeepNeighbours, ParticleModel
 from apmethod.bench.cloud import core_radius_for
 from apmethod.bench.population import candidates, exchange
-from apmethod.bench.timing import Times, alternate, stopwatch
+from apmethod.bench.timing import AWAKE, Times, alternate, stopwatch
 from apmethod.contribute.terms import density, density_gradient
 
 #: Density of the crowds over that around them.
@@ -107,4 +107,4 @@ def _timed(models: dict[Any, ParticleModel], rounds: int) -> dict[Any, Times]:
         exchange(model)
 
     runs = {name: partial(stopwatch, partial(once, model)) for name, model in models.items()}
-    return alternate(runs, rounds, warm=2)
+    return alternate(runs, rounds, warm=2, awake=AWAKE)
