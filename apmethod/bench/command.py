@@ -228,6 +228,7 @@ def _error(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
         EDGES,
         PATIENCE,
         QUICK,
+        QUICK_EDGES,
         QUICK_PATIENCE,
         SIZES,
         study,
@@ -235,7 +236,7 @@ def _error(options: argparse.Namespace, report: Callable) -> dict[str, Any]:
 
     names = options.problems.split(",") if options.problems else QUICK if options.quick else CHOSEN
     sizes = options.sizes or (SIZES[:6] if options.quick else SIZES)
-    edges = EDGES[:5] if options.quick else EDGES
+    edges = QUICK_EDGES if options.quick else EDGES
     folder = options.out or Path("out") / "bench_error"
     patience = QUICK_PATIENCE if options.quick else PATIENCE
     return study(names, sizes, edges, folder, report, patience=patience)

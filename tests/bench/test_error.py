@@ -72,7 +72,7 @@ def small_study(tmp_path, capsys):
 
 
 def test_the_study_and_that_it_resumes(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(study, "EDGES", (4, 6))
+    monkeypatch.setattr(study, "QUICK_EDGES", (4, 6))
     results = small_study(tmp_path, capsys)
     assert {row["contender"] for row in results["rows"]} >= set(study.SCHEMES)
     assert {row["size"] for row in results["rows"] if row["kind"] == "agents"} == {150, 300}

@@ -48,8 +48,9 @@ SCHEMES: dict[str, tuple[dict[str, Any], int]] = {
     "conservative": ({"accuracy": "conservative"}, 64_000),
     "accurate": ({"accuracy": "accurate"}, 64_000),
 }
-#: Mesh edges along a side.
+#: Mesh edges along a side, and those of the short form.
 EDGES = (10, 15, 20, 30, 60, 120)
+QUICK_EDGES = (10, 20, 40)
 #: A contender whose run took longer than this, in seconds, gets no larger ones; in the
 #: short form it is less.
 PATIENCE, QUICK_PATIENCE = 12.0, 2.0
