@@ -2,9 +2,9 @@
 
 numba's own cache watches the source file of the compiled function only.  A pass here is
 put together from functions of many files (a kernel, the terms of a scene, a user's own
-pair function), so its key is a fingerprint of all of them: byte code, constants, and the
-globals and closure cells they use, followed as deep as they go.  Editing any of them, or
-another numba, Python or processor, makes another key.
+pair function), so its key is a fingerprint of all of them: byte code, constants, options,
+and the globals and closure cells they use, followed as deep as they go.  Editing any of
+them, or another numba, Python or processor, makes another key.
 """
 
 import contextlib
@@ -26,6 +26,9 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.extending import _Intrinsic
 from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
+
+#: Attribute of a function that holds the options it is compiled with.
+OPTIONS = "_compiled_with"
 
 
 class NotCacheable(TypeError):
@@ -85,6 +88,7 @@ def _describe(value: object, seen: set[int]) -> Iterator[str]:
 def _describe_function(function: types.FunctionType, seen: set[int]) -> Iterator[str]:
     code = function.__code__
     yield from _describe(code, seen)
+    yield repr(getattr(function, OPTIONS, None))
     for name in _global_names(code):
         if name in function.__globals__:
             yield name

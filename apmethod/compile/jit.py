@@ -11,13 +11,12 @@ lets it assume that NaN and infinity do not happen: a NaN has to come out.
 
 from collections.abc import Callable
 from functools import partial
-from weakref import WeakSet
 
 import numba
 from numba.extending import register_jitable
 
 import apmethod.compile.vectors  # noqa: F401  (before anything is compiled)
-from apmethod.compile.cache import ContentCache
+from apmethod.compile.cache import OPTIONS, ContentCache
 
 _OPTIONS = {
     "nogil": True,
@@ -27,9 +26,6 @@ _OPTIONS = {
     # the sum, which it can no longer vectorise.
     "fastmath": {"reassoc", "contract"},
 }
-
-
-_known: WeakSet = WeakSet()
 
 
 def inlined(
@@ -48,15 +44,16 @@ def inlined(
     """
     if function is None:
         return partial(inlined, exact=exact, arrays=arrays)
-    if function not in _known:
+    if not hasattr(function, OPTIONS):
         options = _OPTIONS | {"_nrt": arrays} | ({"fastmath": False} if exact else {})
         register_jitable(**options)(function)
-        _known.add(function)
+        _note(function, options)
     return function
 
 
 def compiled(function: Callable) -> Callable:
     """Compile ``function`` for calls from Python, without the GIL, cached on disk."""
+    _note(function, _OPTIONS)
     dispatcher = numba.njit(**_OPTIONS)(function)
     dispatcher._cache = ContentCache(function)
     return dispatcher
@@ -65,3 +62,9 @@ def compiled(function: Callable) -> Callable:
 def plain(function: Callable) -> Callable:
     """The Python function behind one that `compiled` made."""
     return function.py_func
+
+
+def _note(function: Callable, options: dict) -> None:
+    """Let the fingerprint of ``function`` tell what it is compiled with."""
+    flags = options["fastmath"] or ()
+    setattr(function, OPTIONS, sorted((options | {"fastmath": sorted(flags)}).items()))

@@ -1,8 +1,8 @@
-"""Compiled functions that borrow arrays instead of counting who uses them.
+"""Compiled functions that borrow arrays instead of counting who uses them, large ones too.
 
 numba counts references to an array wherever a function is handed one, by an atomic
-operation each.  Rays hand the tree's and the walls' arrays to many small functions, and the
-counting took four fifths of their time.  The functions here neither make arrays nor keep
+operation each.  Rays hand the tree's and the walls' arrays to many functions, small and
+large, and the counting took four fifths of their time.  None of them makes arrays or keeps
 any, so there is nothing to count: the caller's references outlive the call.  numba's
 option for it is ``_nrt``; it has no public name, but is checked: with it a function that
 makes an array does not compile.
@@ -18,19 +18,18 @@ from uuid import uuid4
 import numba
 from numba.extending import register_jitable
 
+from apmethod.compile import inlined
 from apmethod.compile.cache import ContentCache, NotCacheable, fingerprint
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
-def exact(function: Callable) -> Callable:
-    """As `inlined` with ``exact``: every operation is rounded as Python does."""
-    register_jitable(forceinline=True, **_OPTIONS)(function)
-    return function
+#: Decorator of a small function that rounds every operation as Python does.
+exact = inlined(exact=True)
 
 
 def called(function: Callable) -> Callable:
-    """The same for a large function: compiled once, and called."""
+    """The same for a large one: compiled once, and called."""
     register_jitable(**_OPTIONS)(_named_by_content(function))
     return function
 
