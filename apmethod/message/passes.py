@@ -31,7 +31,7 @@ EVALUATIONS = ("gathered", "scattered", "stored")
 
 
 #: The quickest one for every kernel, number of neighbours and number of rounds measured: a
-#: scattered round takes 0.6 to 0.9 of a gathered one and about as long as a stored one whose
+#: scattered round takes 0.5 to 0.8 of a gathered one and about as long as a stored one whose
 #: lists are there already.
 BEST_EVALUATION = "scattered"
 
