@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 #: Share of the largest stable step, by theory, that a step chosen by the model takes.
 #: ``apmethod bench stability`` measures limits of 0.96 of the theory and more on lattices, and
-#: 0.83 and more for agents at random or in clusters.  Neighbours whose masses differ at random
-#: by four decades have theirs at 0.5; smooth fields have no such neighbours.
+#: 0.83 and more for agents at random or in clusters.  Where neighbours carry unlike masses it is
+#: less, and so is the chosen step; see `apmethod.unevenness`.
 MARGIN = 0.7
 
 
@@ -217,7 +217,7 @@ class ParticleModel(mesa.Model):
         return min(limits, default=np.inf)
 
     def _chosen_dt(self) -> float:
-        limit = self.margin * self.largest_dt()
+        limit = self.margin * self.watch.share_left() * self.largest_dt()
         integrator, positions = self.motion.integrator, self.particles.array("position")
         for law in self.motion.laws:
             rate_at = law.deforming if integrator.splits else law.turning

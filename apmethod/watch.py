@@ -2,12 +2,14 @@
 
 Every tenth step the agents are looked at.  The signs, and where they begin:
 
-* the step is longer than the largest stable one, which falls with the core radius;
+* the step is longer than the largest stable one, which falls with the core radius, and where
+  neighbours are uneven (see `apmethod.unevenness`);
 * the diffusion velocity is at its limit (see `apmethod.move.diffusion`) for agents with
   more than `LIMITED` of the mass;
 * its root mean square has grown by `GROWTH` since the last look and is above `NOISE` of
   that limit, in a step of more than `SHORT` of the largest: diffusion alone calms down, and an
   unstable one ends in noise;
+* neighbours are more uneven than the form of the diffusion velocity bears at any step;
 * the core radius has fallen below `COLLAPSED` of the one at first;
 * agents that had enough neighbours at first have fewer than `LONELY` on average, so that
   their sums are no integrals any more.
@@ -23,6 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.errors import Unstable
+from apmethod.unevenness import areas, share_for, unevenness
 
 if TYPE_CHECKING:
     from apmethod.model import ParticleModel
@@ -52,12 +55,14 @@ class Watch:
         model: the model.
 
     Attributes:
-        told: whether a sign has been told of; then nothing is looked at any more.
+        told: whether a sign has been told of; then no more are looked for.
+        unevenness: of the agents' neighbours when they were last looked at; None before.
     """
 
     def __init__(self, model: ParticleModel):
         self.model = model
         self.told = False
+        self.unevenness: float | None = None
         self._first_radius = 0.0
         self._first_around = np.inf
         self._speeds: dict[Law, float] = {}
@@ -69,25 +74,34 @@ class Watch:
         Warns:
             Unstable: once in a run, with the step, agents and the likely cause.
         """
-        model = self.model
-        if self.told or model.steps % EVERY != 1 or not len(model.particles):
+        model, limited = self.model, self._limited
+        if model.steps % EVERY != 1 or not len(model.particles):
             return
-        limited = [
-            law
-            for law in model.motion.evaluated
-            if 0.0 < law.largest_speed(model.bus.smoothing_length) < np.inf
-        ]
+        if any(law.uneven_power for law in limited):
+            self.unevenness = unevenness(model, areas(model))
+        if self.told:
+            return
         sign = self._too_long() or self._collapsed()
         if limited:
             sign = sign or self._lonely()
         for law in limited:
-            sign = sign or self._too_fast(law)
+            sign = sign or self._too_uneven(law) or self._too_fast(law)
         self._changes = model.particles.changes
         if sign:
             self.told = True
             warnings.warn(
                 f"step {model.steps} (from time {model.elapsed:g}): {sign}", Unstable, stacklevel=4
             )
+
+    def share_left(self) -> float:
+        """The share of a chosen step that the agents' unevenness leaves."""
+        if self.unevenness is None:  # no densities have been received: compare the masses
+            mass = self.model.particles.array("mass")
+            self.unevenness = unevenness(self.model, mass) if self._limited else 1.0
+        return min((self._share_by(law) for law in self._limited), default=1.0)
+
+    def _share_by(self, law: Law) -> float:
+        return share_for(self.unevenness or 1.0, law.uneven_power, law.uneven_end)
 
     def likely_cause(self) -> str:
         """The end of a sentence on what has gone wrong; empty where there is nothing to say."""
@@ -99,14 +113,32 @@ class Watch:
     def _too_long(self) -> str:
         model = self.model
         dt, h, reach = model.motion.dt, model.bus.shortest_length, model.motion.integrator.reach
-        limits = {law: law.largest_step(model.kernel, h, reach) for law in model.motion.laws}
+        limits = {
+            law: law.largest_step(model.kernel, h, reach) * self._share_by(law)
+            for law in model.motion.laws
+        }
         law = min(limits, key=limits.get, default=None)
         if law is None or dt <= limits[law] * (1.0 + 1e-9):
             return ""
         return (
             f"the time step {dt:.6g} is unstable: law {law.name!r} allows at most "
-            f"{limits[law]:.6g} with the core radius {model.space.smallest_radius:.4g} of now; "
-            "give a smaller dt, or None"
+            f"{limits[law]:.6g} with the core radius {model.space.smallest_radius:.4g} of now"
+            f"{'' if self._share_by(law) == 1.0 else self._so_uneven}; give a smaller dt, or None"
+        )
+
+    def _too_uneven(self, law: Law) -> str:
+        if self.unevenness <= law.uneven_end:
+            return ""
+        return (
+            f"agents come to no rest by law {law.name!r} at any time step{self._so_uneven}; by the "
+            "form 'blob' they do"
+        )
+
+    @property
+    def _so_uneven(self) -> str:
+        return (
+            f", as one of two neighbours typically stands for {self.unevenness:.2g} times the area "
+            "(mass over density) of the other"
         )
 
     def _collapsed(self) -> str:
@@ -175,7 +207,13 @@ class Watch:
             )
         return ""
 
-    # -- the agents --------------------------------------------------------------------
+    # -- the agents and laws -----------------------------------------------------------
+
+    @property
+    def _limited(self) -> list[Law]:
+        """The laws that limit their speed, as diffusion velocities do."""
+        h = self.model.bus.smoothing_length
+        return [law for law in self.model.motion.evaluated if 0.0 < law.largest_speed(h) < np.inf]
 
     @property
     def _unchanged(self) -> bool:

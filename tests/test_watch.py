@@ -109,6 +109,63 @@ def test_agents_that_have_run_out_of_neighbours_are_told_of():
     assert "neighbours on average, at first they had" in message
 
 
+def scattered(form, decades, tier="compiled"):
+    """Agents in a periodic square whose masses differ at random, that choose their steps."""
+    draw = np.random.default_rng(3)
+    model = ParticleModel(
+        DiffusingParticle, core_radius=3.4 * 2.0 / 14, kernel="gaussian", integrator="midpoint",
+        laws=[Diffusion(1e-2, form)], domain=Periodic((0, 0), (1, 1)), tier=tier,
+    )  # fmt: skip
+    masses = 10.0 ** (-decades * draw.random(196))
+    DiffusingParticle.create_agents(model, 196, position=draw.random((196, 2)), mass=masses)
+    return model
+
+
+@pytest.mark.parametrize("form", ["plain", "blob"])
+def test_steps_are_shorter_between_uneven_neighbours_and_stable(form):
+    model = scattered(form, 4)
+    even = model.margin * model.largest_dt()
+    first = model.next_dt()
+    assert first < 0.5 * even  # by the masses, as nobody has received a density
+    assert told(model, 200) == []
+    assert 5.0 < model.watch.unevenness < 40.0
+    assert model.next_dt() < 0.6 * even
+
+
+def test_a_step_too_long_between_uneven_neighbours_is_told_with_both_numbers():
+    model = scattered("plain", 4)
+    model.dt = 0.9 * model.largest_dt()
+    (message,) = told(model, 11)
+    assert f"the time step {model.dt:.6g} is unstable" in message
+    assert "of now, as one of two neighbours typically stands for" in message
+
+
+def test_even_agents_take_whole_steps_however_they_stand():
+    model = scattered("blob", 0)
+    assert told(model, 11) == []
+    assert model.next_dt() == pytest.approx(model.margin * model.largest_dt(), rel=1e-12)
+
+
+def test_massless_agents_make_nobody_uneven():
+    model = scattered("plain", 0)
+    model.particles.array("mass")[::2] = 0.0
+    assert told(model, 11) == []
+    assert model.watch.unevenness < 1.65
+
+
+def test_neighbours_too_uneven_for_the_form_are_told_of():
+    (message,) = told(scattered("paper", 6), 11)
+    assert "times the area (mass over density) of the other" in message
+    assert "by the form 'blob' they do" in message
+
+
+def test_unevenness_is_the_same_in_both_tiers():
+    ours = [scattered("plain", 3, tier) for tier in ("compiled", "agents")]
+    for model in ours:
+        model.step()
+    assert ours[0].watch.unevenness == pytest.approx(ours[1].watch.unevenness, rel=1e-9)
+
+
 def test_agents_of_their_own_mind_are_not_judged():
     class Jumper(DiffusingParticle):
         def dynamics(self):

@@ -173,6 +173,7 @@ class FieldModel(ParticleModel):
         self.agent_class.create_agents(self, len(masses), position=begun.positions, mass=masses)
         if self.remesh is not None:
             self.remesh.take_down(begun.spacing)
+        self.watch.unevenness = 1.0  # agents of a smooth field on a lattice
         if begun.time:
             self.elapsed = begun.time
             self._flow_until(begun.time)

@@ -105,12 +105,15 @@ class Form:
         reads: columns that it uses.
         terms: what it has exchanged.
         decay: damping of a small wave over D k^2, from the kernel's transform at k.
+        uneven_power, uneven_end: see `Law`; by ``apmethod bench stability``.
     """
 
     formula: Callable
     reads: tuple[str, ...]
     terms: tuple[Term, ...]
     decay: Callable[[np.ndarray], np.ndarray]
+    uneven_power: float = 0.4
+    uneven_end: float = np.inf
 
 
 FORMS = {
@@ -119,12 +122,15 @@ FORMS = {
         ("density", "density_difference"),
         (density, density_difference),
         decay=lambda w: w * w,
+        uneven_power=1.7,
+        uneven_end=6.0,
     ),
     "plain": Form(
         _plain,
         ("mass", "density", "density_gradient"),
         (density, density_gradient),
         decay=lambda w: w,
+        uneven_end=200.0,
     ),
     "blob": Form(
         _blob, ("blob_gradient",), (density, blob_gradient), decay=lambda w: w * (2.0 - w)
@@ -148,6 +154,7 @@ class Diffusion(Law):
         if form not in FORMS:
             raise ValueError(f"form is {form!r}; it must be one of {', '.join(FORMS)}")
         self.form = FORMS[form]
+        self.uneven_power, self.uneven_end = self.form.uneven_power, self.form.uneven_end
         self.diffusivity = finite_number("diffusivity", diffusivity, least=0.0)
         limit = finite_number("limit", limit, least=0.0)
         super().__init__(

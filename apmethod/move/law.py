@@ -80,6 +80,10 @@ class Law:
         """The largest stable time step, for an integrator that is stable down to -reach."""
         return np.inf
 
+    #: How a stable step shrinks with the unevenness of neighbours, and the unevenness from which
+    #: on no step is stable; see `apmethod.unevenness`.
+    uneven_power, uneven_end = 0.0, np.inf
+
     def largest_speed(self, smoothing_length: float) -> float:
         """The speed that the law limits itself to."""
         return np.inf

@@ -28,9 +28,13 @@ def tables(results: dict[str, Any]) -> list[Table]:
         rows = [row for row in results["rows"] if row["study"] == study]
         if rows:
             found.append(make(rows))
-    margin = [(name, f"{share:.2f}") for name, share in results["margin"].items()]
-    head = ("step, or the least limit measured", "share of the theory's limit")
-    return [*found, ("what steps that the model chooses keep away from", head, margin)]
+    closest = [
+        (name, f"{chosen:.2f}", f"{limit:.2f}", f"{chosen / limit:.2f}")
+        for name, (chosen, limit) in results["margin"].items()
+    ]
+    head = ("agents", "chosen", "limit", "chosen / limit")
+    return [*found, ("steps over the theory's limit, where the chosen one is closest to its limit",
+                     head, closest)]  # fmt: skip
 
 
 def _limits(rows: Rows) -> Table:
@@ -47,12 +51,13 @@ def _limits(rows: Rows) -> Table:
 
 
 def _starts(rows: Rows) -> Table:
-    head = ("accuracy", "start", "mass ratio", "limit / theory", "mass at limit", "momentum")
+    head = ("accuracy", "start", "mass ratio", "unevenness", "limit / theory", "chosen",
+            "mass at limit", "momentum")  # fmt: skip
     cells = [
         (
-            row["accuracy"], row["start"], f"{row['mass_ratio']:.0e}",
-            f"{row['share_of_limit']:.2f}", f"{row['mass_at_limit']:.2%}",
-            f"{row['momentum']:.0e}",
+            row["accuracy"], row["start"], f"{row['mass_ratio']:.0e}", f"{row['unevenness']:.1f}",
+            f"{row['share_of_limit']:.2f}" if row["share_of_limit"] else "none",
+            f"{row['chosen']:.2f}", f"{row['mass_at_limit']:.2%}", f"{row['momentum']:.0e}",
         )
         for row in rows
     ]  # fmt: skip
@@ -120,7 +125,7 @@ def draw(results: dict[str, Any], path: Path) -> None:
     _draw_limits(axes[0], rows["limit"])
     for ax, (scheme, ours) in zip(axes[1:], maps.items(), strict=False):
         _draw_map(figure, ax, ", ".join(scheme), ours)
-    _draw_masses(axes[-2], rows["start"], results["margin"]["chosen"])
+    _draw_masses(axes[-2], rows["start"])
     _draw_peclet(axes[-1], rows["peclet"])
     save(figure, path)
 
@@ -149,16 +154,19 @@ def _draw_map(figure: Figure, ax: Axes, name: str, rows: Rows) -> None:
     ax.set_ylabel("h over spacing")
 
 
-def _draw_masses(ax: Axes, rows: Rows, chosen: float) -> None:
+def _draw_masses(ax: Axes, rows: Rows) -> None:
     rows = [row for row in rows if row["start"] == "jittered"]
     for name in dict.fromkeys(row["accuracy"] for row in rows):
         ours = sorted(
-            (row["mass_ratio"], row["share_of_limit"]) for row in rows if row["accuracy"] == name
-        )
-        ax.semilogx(*zip(*ours, strict=True), marker="o", label=name)
-    ax.axhline(chosen, color="grey", linestyle="--", label="chosen steps")
+            (row["mass_ratio"], row["share_of_limit"], row["chosen"])
+            for row in rows if row["accuracy"] == name
+        )  # fmt: skip
+        ratios, limits, chosen = zip(*ours, strict=True)
+        (line,) = ax.semilogx(ratios, limits, marker="o", label=name)
+        ax.semilogx(ratios, chosen, "--", color=line.get_color())
     ax.set_ylim(bottom=0.0)
-    label(ax, "neighbours of uneven mass", "heaviest over lightest", "limit over theory")
+    label(ax, "neighbours of uneven mass; dashed: chosen", "heaviest over lightest",
+          "step over theory's limit")  # fmt: skip
 
 
 def _draw_peclet(ax: Axes, rows: Rows) -> None:

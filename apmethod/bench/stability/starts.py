@@ -1,7 +1,8 @@
 """The largest stable step for agents that stand in disorder or weigh very different.
 
-Nothing is at rest there, so a run is compared with one of a tenth of the step: it is stable
-if its velocities at the end are at most twice those of the other one.
+Nothing is at rest there, so a run is compared with one of a small step: it is stable
+if its velocities at the end are at most twice those of the other one.  Where that one has not
+come to rest itself, there is no limit to be found: no step is stable.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from apmethod.bench.stability.boxes import STARTS, Box
 from apmethod.bench.stability.limits import Scheme
+from apmethod.model import MARGIN
 
 #: Schemes as the named accuracies have them, and smoothing length over spacing.
 SCHEMES: dict[str, tuple[Scheme, float]] = {
@@ -20,8 +22,11 @@ SCHEMES: dict[str, tuple[Scheme, float]] = {
     "conservative": (("blob", "gaussian", "strang_3"), 1.4),
     "accurate": (("plain", "gaussian_6", "strang_3"), 1.9),
 }
-#: Length of a run in steps of the theory's limit, and shares of it that are tried.
-_SPAN, _SHARES = 30.0, (0.2, 3.0)
+#: Length of a run in steps of the theory's limit; the share of it that is a small step, and those
+#: that are tried.
+_SPAN, _CALM, _SHARES = 30.0, 0.05, (0.1, 3.0)
+#: Slower than this, |A| h/D, agents have come to rest.
+_REST = 0.03
 #: A small disorder, in smoothing lengths, that lattices start from, too.
 _SHAKEN = 1e-3
 
@@ -45,10 +50,13 @@ def mass_ratios(name: str, decades: Sequence[int], halvings: int) -> list[dict[s
 
 
 def measured(name: str, start: str, ratio: float, halvings: int) -> dict[str, Any]:
-    """The limit of one start, by that many halvings; what its first velocities are like."""
+    """The limit of one start, by that many halvings, 0 where no step is stable.
+
+    Beside it the step that the model chooses, and what the first velocities are like.
+    """
     scheme, spacings = SCHEMES[name]
     box = Box(*scheme, along=_ALONG, spacings=spacings, start=start, mass_ratio=ratio)
-    calm = _speeds(box, 0.1)
+    calm = _speeds(box, _CALM)
     low, high = _SHARES
     for _ in range(halvings):
         middle = np.sqrt(low * high)
@@ -57,13 +65,14 @@ def measured(name: str, start: str, ratio: float, halvings: int) -> dict[str, An
         else:
             high = middle
     box.put(_SHAKEN * box.bus.smoothing_length)
-    box.speeds(0.1 * box.limit, 1)
+    box.speeds(_CALM * box.limit, 1)
     rate, mass = box.particles.array("_rate"), box.particles.mass
     size = np.hypot(*rate.T)
     top = box.motion.laws[0].largest_speed(box.bus.smoothing_length)
     return {
         "study": "start", "accuracy": name, "start": start, "mass_ratio": ratio,
-        "share_of_limit": float(np.sqrt(low * high)),
+        "share_of_limit": float(np.sqrt(low * high)) if calm[-1] < _REST else 0.0,
+        "chosen": MARGIN * box.watch.share_left(), "unevenness": box.watch.unevenness,
         "speed_first": float(calm[0]), "speed_last": float(calm[-1]),
         "mass_at_limit": float(mass[size >= top * (1.0 - 1e-9)].sum() / mass.sum()),
         "momentum": float(np.abs(mass @ rate).max() / (mass @ size)),

@@ -64,19 +64,24 @@ def study(
     }
 
 
-def margin(rows: list[Row]) -> dict[str, float]:
-    """Share of its limit that a chosen step takes, and the least limit measured over theory."""
-    off_lattice = [row for row in rows if row["study"] == "start"]
+def margin(rows: list[Row]) -> dict[str, tuple[float, float]]:
+    """Chosen step and measured limit, over the theory's, where they are closest to each other.
 
-    def least(uneven: bool) -> float:
-        return min(r["share_of_limit"] for r in off_lattice if (r["mass_ratio"] > 1.0) == uneven)
-
-    return {
-        "chosen": MARGIN,
-        "on a lattice": min(r["measured_over_theory"] for r in rows if r["study"] == "limit"),
-        "in disorder": least(uneven=False),
-        "with uneven masses": least(uneven=True),
+    Of starts at which any step is stable; the model warns at the others.
+    """
+    starts_ = [row for row in rows if row["study"] == "start" and row["share_of_limit"] > 0.0]
+    groups = {
+        "on a lattice": [
+            (MARGIN, r["measured_over_theory"]) for r in rows if r["study"] == "limit"
+        ],
+        "in disorder": [_steps(row) for row in starts_ if row["mass_ratio"] == 1.0],
+        "with uneven masses": [_steps(row) for row in starts_ if row["mass_ratio"] > 1.0],
     }
+    return {name: max(steps, key=lambda s: s[0] / s[1]) for name, steps in groups.items()}
+
+
+def _steps(row: Row) -> tuple[float, float]:
+    return row["chosen"], row["share_of_limit"]
 
 
 def _full() -> list[Part]:
