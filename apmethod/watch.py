@@ -103,6 +103,13 @@ class Watch:
     def _share_by(self, law: Law) -> float:
         return share_for(self.unevenness or 1.0, law.uneven_power, law.uneven_end)
 
+    def _limit(self, law: Law) -> float:
+        """The largest step by a law; the model sees to unevenness where it chooses steps."""
+        model = self.model
+        reach, h = model.motion.integrator.reach, model.bus.shortest_length
+        share = 1.0 if model.dt is None else self._share_by(law)
+        return share * law.largest_step(model.kernel, h, reach)
+
     def likely_cause(self) -> str:
         """The end of a sentence on what has gone wrong; empty where there is nothing to say."""
         cause = self._too_long()
@@ -111,12 +118,8 @@ class Watch:
     # -- the signs ---------------------------------------------------------------------
 
     def _too_long(self) -> str:
-        model = self.model
-        dt, h, reach = model.motion.dt, model.bus.shortest_length, model.motion.integrator.reach
-        limits = {
-            law: law.largest_step(model.kernel, h, reach) * self._share_by(law)
-            for law in model.motion.laws
-        }
+        model, dt = self.model, self.model.motion.dt
+        limits = {law: self._limit(law) for law in model.motion.laws}
         law = min(limits, key=limits.get, default=None)
         if law is None or dt <= limits[law] * (1.0 + 1e-9):
             return ""

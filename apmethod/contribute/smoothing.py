@@ -208,11 +208,16 @@ GAUSSIAN = _cut_gaussian("gaussian", 3.4, order=2)
 GAUSSIAN_4 = _cut_gaussian("gaussian_4", 3.8, order=4)
 #: (a + b q^2 + c q^4) times a Gaussian cut smoothly at 4.2 h: sixth order.
 GAUSSIAN_6 = _cut_gaussian("gaussian_6", 4.2, order=6)
+#: The same cut at 3.6 h: a quarter fewer neighbours, and errors that level off at some 5e-5.
+GAUSSIAN_6_SHORT = _cut_gaussian("gaussian_6_short", 3.6, order=6)
 
 KERNELS = {
     kernel.name: kernel
-    for kernel in (CUBIC, QUINTIC, WENDLAND_C2, WENDLAND_C4, GAUSSIAN, GAUSSIAN_4, GAUSSIAN_6)
-}
+    for kernel in (
+        CUBIC, QUINTIC, WENDLAND_C2, WENDLAND_C4, GAUSSIAN, GAUSSIAN_4, GAUSSIAN_6,
+        GAUSSIAN_6_SHORT,
+    )
+}  # fmt: skip
 
 
 def kernel_named(name: str | Kernel) -> Kernel:

@@ -110,16 +110,16 @@ class FieldModel(ParticleModel):
                     "laid anew, nor jumps smoothed: leave both out"
                 )
             remesh = smooth = 0.0
+        particles = whole_number("particles", particles, least=1)
         scheme = self.accuracy = accuracy_with(
             accuracy, form=form, kernel=kernel, spacings=spacings, integrator=integrator,
             remesh=remesh, smooth=smooth,
-        )  # fmt: skip
+        ).for_agents(particles)  # fmt: skip
         self.agent_class = agent_class
         self.growth = finite_number("growth", growth)
         self.box = tuple(box)
         diffusion = Diffusion(diffusivity, scheme.form)
         laws = [diffusion, *([Flow(flow)] if flow else [])]
-        particles = whole_number("particles", particles, least=1)
         begun = lay(
             start,
             particles,

@@ -3,7 +3,7 @@
 import pytest
 
 from apmethod import ACCURACIES, FieldModel, explain
-from apmethod.field.accuracy import accuracy_with
+from apmethod.field.accuracy import FEW, accuracy_with
 
 
 def hump(x, y):
@@ -18,7 +18,7 @@ def model(**options):
 def test_each_name_runs(name):
     scene = model(accuracy=name)
     scene.step()
-    assert dict(explain(scene))["accuracy"] == str(ACCURACIES[name])
+    assert dict(explain(scene))["accuracy"] == str(ACCURACIES[name].for_agents(60))
     assert scene.spacing > 0.0
 
 
@@ -34,6 +34,12 @@ def test_a_kernel_brings_the_spacings_that_suit_it():
     assert accuracy_with("accurate", kernel="gaussian_4", spacings=2.0).spacings == 2.0
 
 
+def test_few_agents_have_a_kernel_that_is_cut_nearer_unless_one_is_set():
+    assert accuracy_with("accurate").for_agents(FEW).kernel.name == "gaussian_6_short"
+    assert accuracy_with("accurate").for_agents(FEW + 1).kernel.name == "gaussian_6"
+    assert accuracy_with("accurate", kernel="gaussian_6").for_agents(100).kernel.support == 4.2
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -43,7 +49,7 @@ def test_a_kernel_brings_the_spacings_that_suit_it():
         ({"remesh": -1.0}, "remesh is -1.0; it must be a finite number, 0 or more"),
         ({"smooth": "much"}, "smooth is 'much'"),
         ({"growth": float("nan")}, "growth is nan"),
-        ({"accuracy": "accurate", "form": "blob"}, "kernel is 'gaussian_6', which makes densities"),
+        ({"accuracy": "accurate", "form": "blob"}, "kernel is 'gaussian_6_short', which makes"),
     ],
 )
 def test_bad_parts_are_refused(options, message):

@@ -26,6 +26,7 @@ from apmethod.bench.kept import Kept
 from apmethod.bench.results import machine
 from apmethod.bench.timing import Progress, Report
 from apmethod.compile import threads
+from apmethod.field.accuracy import FEW
 
 SIZES = (125, 250, 500, 1000, 2000, 4000, 8000, 16_000, 32_000, 64_000)
 #: What the study takes unless it is told, and in its short form.
@@ -55,7 +56,7 @@ QUICK_EDGES = (10, 20, 40)
 #: short form it is less.
 PATIENCE, QUICK_PATIENCE = 12.0, 2.0
 #: Short runs are repeated until they have taken this long, in seconds, or so often.
-_ENOUGH, _ROUNDS = 1.0, 5
+_ENOUGH, _ROUNDS = 1.0, 9
 
 Run = dict[str, Any]
 
@@ -122,12 +123,13 @@ def _agents(
     problem: Problem, scheme: str, sizes: Sequence[int], kept: Kept, patience: float
 ) -> list[Run]:
     options, largest = SCHEMES[scheme]
-    warm: list[None] = []
+    warm: set[int] = set()
 
     def run(size: int) -> Run:
-        if not warm:
-            _warm_up(problem, options)
-            warm.append(None)
+        like = 300 if size <= FEW else FEW + 1  # few agents and many have kernels of their own
+        if like not in warm:
+            _warm_up(problem, options, like)
+            warm.add(like)
         return _repeated(lambda: run_agents(problem, scheme, size))
 
     rows = []
@@ -139,9 +141,9 @@ def _agents(
     return rows
 
 
-def _warm_up(problem: Problem, options: Mapping[str, Any]) -> None:
+def _warm_up(problem: Problem, options: Mapping[str, Any], size: int) -> None:
     """Have everything compiled that a run will use."""
-    model = problem.model(300, rng=0, **options)
+    model = problem.model(size, rng=0, **options)
     model.step()
     model.errors()
     if model.remesh is not None:
