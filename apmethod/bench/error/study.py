@@ -55,8 +55,8 @@ QUICK_EDGES = (10, 20, 40)
 #: A contender whose run took longer than this, in seconds, gets no larger ones; in the
 #: short form it is less.
 PATIENCE, QUICK_PATIENCE = 12.0, 2.0
-#: Short runs are repeated until they have taken this long, in seconds, or so often.
-_ENOUGH, _ROUNDS = 1.0, 9
+#: Short runs are repeated until they have taken this share of the patience, or so often.
+_ENOUGH, _ROUNDS = 1.0 / 12.0, 9
 
 Run = dict[str, Any]
 
@@ -130,7 +130,7 @@ def _agents(
         if like not in warm:
             _warm_up(problem, options, like)
             warm.add(like)
-        return _repeated(lambda: run_agents(problem, scheme, size))
+        return _repeated(lambda: run_agents(problem, scheme, size), patience)
 
     rows = []
     for size in sizes:
@@ -182,7 +182,7 @@ def _elements(
             rows.append(
                 kept.or_made(
                     key, lambda along=along, steps=steps: _repeated(
-                        lambda: run_elements(library, problem, scheme, along, steps)
+                        lambda: run_elements(library, problem, scheme, along, steps), patience
                     ),
                 )
             )  # fmt: skip
@@ -215,12 +215,12 @@ def run_elements(library: Any, problem: Problem, scheme: str, edges: int, steps:
     }  # fmt: skip
 
 
-def _repeated(run: Callable[[], Run]) -> Run:
+def _repeated(run: Callable[[], Run], patience: float) -> Run:
     """The run with the shortest time, short ones repeated."""
     best, spent = run(), 0.0
     for _ in range(_ROUNDS - 1):
         spent += best["seconds"]
-        if spent > _ENOUGH:
+        if spent > _ENOUGH * patience:
             break
         again = run()
         if again["seconds"] < best["seconds"]:
