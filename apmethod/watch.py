@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.errors import Unstable
-from apmethod.unevenness import areas, share_for, unevenness
+from apmethod.unevenness import ALIKE, areas, share_for, unevenness
 
 if TYPE_CHECKING:
     from apmethod.model import ParticleModel
@@ -74,9 +74,10 @@ class Watch:
         Warns:
             Unstable: once in a run, with the step, agents and the likely cause.
         """
-        model, limited = self.model, self._limited
+        model = self.model
         if model.steps % EVERY != 1 or not len(model.particles):
             return
+        limited = self._limited
         if any(law.uneven_power for law in limited):
             self.unevenness = unevenness(model, areas(model))
         if self.told:
@@ -95,10 +96,13 @@ class Watch:
 
     def share_left(self) -> float:
         """The share of a chosen step that the agents' unevenness leaves."""
-        if self.unevenness is None:  # no densities have been received: compare the masses
-            mass = self.model.particles.array("mass")
-            self.unevenness = unevenness(self.model, mass) if self._limited else 1.0
-        return min((self._share_by(law) for law in self._limited), default=1.0)
+        uneven, limited = self.unevenness, self._limited
+        if uneven is None and limited:  # nobody has received a density: compare the masses
+            uneven = unevenness(self.model, self.model.particles.array("mass"))
+        if uneven is None or uneven <= ALIKE:
+            return 1.0
+        shares = (share_for(uneven, law.uneven_power, law.uneven_end) for law in limited)
+        return min(shares, default=1.0)
 
     def _share_by(self, law: Law) -> float:
         return share_for(self.unevenness or 1.0, law.uneven_power, law.uneven_end)

@@ -45,6 +45,10 @@ class Law:
         terms: what the message bus must exchange for the formula.
     """
 
+    #: How a stable step shrinks with the unevenness of neighbours, and the unevenness from which
+    #: on no step is stable; see `apmethod.unevenness`.
+    uneven_power, uneven_end = 0.0, np.inf
+
     def __init__(
         self,
         name: str,
@@ -79,10 +83,6 @@ class Law:
     def largest_step(self, kernel: Kernel, smoothing_length: float, reach: float) -> float:
         """The largest stable time step, for an integrator that is stable down to -reach."""
         return np.inf
-
-    #: How a stable step shrinks with the unevenness of neighbours, and the unevenness from which
-    #: on no step is stable; see `apmethod.unevenness`.
-    uneven_power, uneven_end = 0.0, np.inf
 
     def largest_speed(self, smoothing_length: float) -> float:
         """The speed that the law limits itself to."""
