@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 #: Unevenness up to which steps need not be shorter: fields of a few hundred agents have up to
 #: 1.6, agents of equal mass that stand at random or in clusters up to 1.6, too.
 ALIKE = 1.65
+#: Agents from which on there is something typical.
 _FEWEST = 10
 #: Least density, as a share of what the agent itself adds; as in the plain form.
 _LEAST = 0.05
@@ -42,8 +43,7 @@ def areas(model: ParticleModel) -> np.ndarray:
 def unevenness(model: ParticleModel, size: np.ndarray) -> float:
     """The typical ratio of ``size``, of shape (n,), of two neighbours, 1 or more.
 
-    Agents of size 0 do not count: without mass they act on nobody.  So few that nothing is typical
-    are even.
+    Agents of size 0 do not count: without mass they act on nobody.
     """
     if not len(size) or size.min() == size.max():
         return 1.0

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from apmethod.errors import Unstable
-from apmethod.unevenness import ALIKE, areas, share_for, unevenness
+from apmethod.unevenness import areas, share_for, unevenness
 
 if TYPE_CHECKING:
     from apmethod.model import ParticleModel
@@ -96,12 +96,10 @@ class Watch:
 
     def share_left(self) -> float:
         """The share of a chosen step that the agents' unevenness leaves."""
-        uneven, limited = self.unevenness, self._limited
-        if uneven is None and limited:  # nobody has received a density: compare the masses
+        laws, uneven = [law for law in self._limited if law.uneven_power], self.unevenness
+        if laws and uneven is None:  # nobody has received a density: compare the masses
             uneven = unevenness(self.model, self.model.particles.array("mass"))
-        if uneven is None or uneven <= ALIKE:
-            return 1.0
-        shares = (share_for(uneven, law.uneven_power, law.uneven_end) for law in limited)
+        shares = (share_for(uneven, law.uneven_power, law.uneven_end) for law in laws)
         return min(shares, default=1.0)
 
     def _share_by(self, law: Law) -> float:
@@ -134,7 +132,7 @@ class Watch:
         )
 
     def _too_uneven(self, law: Law) -> str:
-        if self.unevenness <= law.uneven_end:
+        if self.unevenness is None or self.unevenness <= law.uneven_end:
             return ""
         return (
             f"agents come to no rest by law {law.name!r} at any time step{self._so_uneven}; by the "

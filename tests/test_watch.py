@@ -10,6 +10,7 @@ from apmethod import (
     Diffusion,
     Flow,
     FollowDensity,
+    Law,
     ParticleModel,
     Periodic,
     StepFailed,
@@ -157,6 +158,26 @@ def test_neighbours_too_uneven_for_the_form_are_told_of():
     (message,) = told(scattered("paper", 6), 11)
     assert "times the area (mass over density) of the other" in message
     assert "by the form 'blob' they do" in message
+
+
+class Hurried(Law):
+    """A law that limits its own speed and knows nothing of unevenness."""
+
+    def largest_speed(self, smoothing_length):
+        """Twice what the formula gives."""
+        return 0.02
+
+
+def test_a_law_that_limits_itself_need_not_know_of_unevenness():
+    model = ParticleModel(
+        DiffusingParticle, core_radius=0.4, domain=Periodic((0, 0), (1, 1)), dt=1e-2,
+        laws=[Hurried("hurried", lambda agent, p: (0.01, 0.0))],
+    )  # fmt: skip
+    draw = np.random.default_rng(1)
+    places, masses = draw.random((60, 2)), draw.random(60)
+    DiffusingParticle.create_agents(model, 60, position=places, mass=masses)
+    assert told(model, 11) == []
+    assert model.watch.share_left() == 1.0
 
 
 def test_unevenness_is_the_same_in_both_tiers():

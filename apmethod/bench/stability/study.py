@@ -69,13 +69,13 @@ def margin(rows: list[Row]) -> dict[str, tuple[float, float]]:
 
     Of starts at which any step is stable; the model warns at the others.
     """
-    starts_ = [row for row in rows if row["study"] == "start" and row["share_of_limit"] > 0.0]
+    stable = [row for row in rows if row["study"] == "start" and row["share_of_limit"] > 0.0]
     groups = {
         "on a lattice": [
             (MARGIN, r["measured_over_theory"]) for r in rows if r["study"] == "limit"
         ],
-        "in disorder": [_steps(row) for row in starts_ if row["mass_ratio"] == 1.0],
-        "with uneven masses": [_steps(row) for row in starts_ if row["mass_ratio"] > 1.0],
+        "in disorder": [_steps(row) for row in stable if row["mass_ratio"] == 1.0],
+        "with uneven masses": [_steps(row) for row in stable if row["mass_ratio"] > 1.0],
     }
     return {name: max(steps, key=lambda s: s[0] / s[1]) for name, steps in groups.items()}
 
