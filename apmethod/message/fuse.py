@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from apmethod.compile import inlined, table_reader
+from apmethod.compile import inlined, keep, table_reader
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Pair, Term, pair_maker
 
@@ -73,8 +73,9 @@ def mirror_evaluator(terms: Sequence[Term]) -> Callable:
 
 def adder(width: int) -> tuple[Callable, tuple[float, ...]]:
     """A compiled ``total + value if near``, part by part, and the zero it starts from."""
-    parts = ", ".join(f"total[{n}] + (value[{n}] if near else 0.0)" for n in range(width))
-    return inlined(eval(f"lambda total, value, near: ({parts},)")), (0.0,) * width
+    parts = ", ".join(f"total[{n}] + keep(near, value[{n}])" for n in range(width))
+    add = eval(f"lambda total, value, near: ({parts},)", {"keep": keep})
+    return inlined(add), (0.0,) * width
 
 
 @inlined

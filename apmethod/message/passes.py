@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from apmethod.compile import in_blocks, memory
+from apmethod.compile import LANES, in_blocks, memory
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import width_of
@@ -83,7 +83,7 @@ class RoundPass:
             sights: whom agents near walls see, None where that is nothing special.
         """
         row = cells.row if rows is None else rows[cells.row]
-        table = memory.empty((self._lines, len(row)))
+        table = memory.empty((self._lines, len(row) + LANES))
         for line, component in enumerate(self._components()):
             in_blocks(take, len(row), row, component, table[line])
         scene = (self.terms, self.kernel, self.reads, cells)

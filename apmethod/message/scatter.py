@@ -17,7 +17,19 @@ from functools import cache
 
 import numpy as np
 
-from apmethod.compile import LANES, claim, compiled, in_blocks, inlined, memory, threads
+from apmethod.compile import (
+    LANES,
+    add_lanes,
+    claim,
+    compiled,
+    copy_lanes,
+    fill_lanes,
+    in_blocks,
+    inlined,
+    keep,
+    memory,
+    threads,
+)
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
@@ -54,9 +66,11 @@ def scatter(
         cells.x, cells.y, cells.shift_x, cells.shift_y, table,
         cells.core_radius, cells.core_radius / kernel.support, tables, sums, least=1,
     )  # fmt: skip
-    in_blocks(
-        _add_up, len(begin), row, cells.image, begin, end, base, tables, sums, least=_PARTS // 2
-    )
+    if len(begin) > 1:
+        in_blocks(
+            _add_up, len(begin), row, cells.image, begin, end, base, tables, sums,
+            least=_PARTS // 2,
+        )  # fmt: skip
 
 
 @inlined(arrays=True)
@@ -86,7 +100,8 @@ def _parts(start, low, high, image, least, most):
 
     Returns:
         cell, the first sub-domain of each part, and behind the last one; begin and end, the
-        entries that each part adds to; base, where its table begins, and the last one ends.
+        entries that each part adds to; base, where its table begins, and the last one ends,
+        with room for whole vectors behind each.
     """
     tested = _candidates(start, low, high, image)
     candidates = tested.sum()
@@ -109,7 +124,7 @@ def _parts(start, low, high, image, least, most):
             for run in range(high.shape[1]):
                 last = max(last, high[each, run])
         begin[part], end[part] = start[cell[part]], last
-        base[part + 1] = base[part] + last - begin[part]
+        base[part + 1] = base[part] + last - begin[part] + LANES
     return cell[: parts + 1], begin, end, base
 
 
@@ -172,25 +187,23 @@ def _compile(
 
     @inlined
     def fill(block, count, at, length, x, y, shift_x, shift_y, table):
-        # Numbers without a sign spare the loop a test for negative ones.
-        here, there = np.uint64(at), np.uint64(count)
-        for k in range(np.uint64(length)):
-            block[place, there + k] = x[here + k]
-            block[place + 1, there + k] = y[here + k]
+        for k in range(0, length, LANES):
+            here, there = at + k, count + k
+            copy_lanes(block[place], there, x, here)
+            copy_lanes(block[place + 1], there, y, here)
             if images:
-                block[shift, there + k] = shift_x[here + k]
-                block[shift + 1, there + k] = shift_y[here + k]
+                copy_lanes(block[shift], there, shift_x, here)
+                copy_lanes(block[shift + 1], there, shift_y, here)
             for line in range(lines):
-                block[line, there + k] = table[line, here + k]
+                copy_lanes(block[line], there, table[line], here)
             for part in range(width):
-                block[half + part, there + k] = 0.0
+                fill_lanes(block[half + part], there, 0.0)
 
     @inlined
     def send(block, count, at, length, tables):
-        here, there = np.uint64(at), np.uint64(count)
-        for part in range(width):
-            for k in range(np.uint64(length)):
-                tables[part, here + k] += block[half + part, there + k]
+        for k in range(0, length, LANES):
+            for part in range(width):
+                add_lanes(tables[part], at + k, block[half + part], count + k, length - k)
 
     @inlined
     def sum_cell(
@@ -215,7 +228,7 @@ def _compile(
                         at, end = _run_behind(cell, run, start, low, high, image)
             if count == 0:
                 continue  # images with no agent behind
-            block[place, count : count + LANES] = np.inf  # nobody is near there
+            fill_lanes(block[place], count, np.inf)  # nobody is near there
             for i in range(start[cell], start[cell + 1]):
                 me, total = read(table, i), zero
                 if done == 0:
@@ -235,7 +248,7 @@ def _compile(
                     total = add(total, evaluate(pair, me, you), near)
                     back = mirror(pair, me, you)
                     for part in range(width):
-                        ahead[half + part, j] += back[part] if near else 0.0
+                        ahead[half + part, j] += keep(near, back[part])
                 for part in range(width):
                     tables[part, offset + i] += total[part]
             done += count
@@ -249,7 +262,7 @@ def _compile(
         first, last, claimed, cell, begin, end, base, row, start, low, high, image, x, y, shift_x,
         shift_y, table, core_radius, smoothing_length, tables, sums,
     ):  # fmt: skip
-        block = np.ones((half + width, _BLOCK + LANES))
+        block = np.ones((half + width, _BLOCK + 2 * LANES))
         pieces = np.empty((low.shape[1], 2), np.int64)
         part = claim(claimed)
         while part < len(begin):

@@ -48,7 +48,8 @@ class SortedCells:
         image: whether the entry is an image, WRAPPED or MIRROR, or the agent itself, REAL
             (0); empty, as are the shifts, where the domain makes no images.
         x, y: the agents' positions, not shifted.
-        shift_x, shift_y: what to add to an image's position.
+        shift_x, shift_y: what to add to an image's position.  Behind these four there is memory
+            for `LANES` more, so that they can be read in whole vectors.
         number: of each occupied sub-domain, ascending, (cells,).
         start: where each occupied sub-domain begins in the sorted arrays, (cells + 1,).
         low, high: for each occupied sub-domain and row of its surrounding square, where

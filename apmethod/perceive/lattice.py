@@ -157,13 +157,14 @@ class QuadLattice(MesaSpace):
         """The level for the next search, after how many agents share a cell in this one.
 
         Sub-domains spare candidates, and cost time of their own.  Measured: with 28
-        neighbours, 11 agents to a cell, they cost more, with 100 neighbours they spare more.
+        neighbours, 9 agents to a cell, they cost as much as they spare, with 40 and more they
+        spare more.
         """
         if not len(self._cells.row) or self.own_radii:
             return 0
         level = self._cells.level
         sharing = sharing_a_cell(self._cells.start) * 4**level
-        return int(sharing > (28.0 if level == 0 else 22.0))
+        return int(sharing > (15.0 if level == 0 else 14.0))
 
     def _crowd_warning(self) -> str:
         cells = self._cells

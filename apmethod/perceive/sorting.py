@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from apmethod.compile import compiled, in_blocks, memory, threads
+from apmethod.compile import LANES, compiled, in_blocks, memory, threads
 from apmethod.perceive.images import Entries
 
 #: Agents a block at least; below, a second thread does not pay.
@@ -170,8 +170,8 @@ def occupied(begin):
 def in_order(order: np.ndarray, positions: np.ndarray, entries: Entries) -> dict[str, np.ndarray]:
     """What `SortedCells` holds of agents at positions, (n, 2), and their images, in an order."""
     images = len(order) if len(entries.row) else 0
-    x, y = memory.empty((2, len(order)))
-    shift_x, shift_y = memory.empty((2, images))
+    x, y = memory.empty((2, len(order) + LANES))[:, : len(order)]
+    shift_x, shift_y = memory.empty((2, images + LANES))[:, :images]
     image = memory.empty(images, np.int8)
     row = memory.empty(images, np.int64) if images else order
     in_blocks(_take_all, len(order), order, positions, *entries[1:], row, x, y, shift_x, shift_y,
