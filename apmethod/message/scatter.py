@@ -74,18 +74,27 @@ def scatter(
 
 
 @inlined(arrays=True)
-def _candidates(start, low, high, image):
-    """How many pairs are tested from each sub-domain on."""
-    agents = np.arange(start[-1] + 1)  # before each entry, images not counted
+def _agents_before(image):
+    """How many agents, images not counted, there are before each entry."""
+    agents = np.zeros(len(image) + 1, np.int64)
     for k in range(len(image)):
         agents[k + 1] = agents[k] + (image[k] == REAL)
+    return agents
+
+
+@inlined(arrays=True)
+def _candidates(start, low, high, image):
+    """How many pairs are tested from each sub-domain on."""
+    agents = _agents_before(image)
     tested, middle = np.zeros(len(start) - 1, np.int64), low.shape[1] // 2
     for cell in range(len(tested)):
+        ahead = 0
         for run in range(middle, low.shape[1]):
             first, last = start[cell] if run == middle else low[cell, run], high[cell, run]
             if len(image) and image[start[cell]] != REAL:  # images look at agents only
                 first, last = agents[first], agents[last]
-            tested[cell] += (last - first) * (start[cell + 1] - start[cell])
+            ahead += last - first
+        tested[cell] = ahead * (start[cell + 1] - start[cell])
     return tested
 
 

@@ -114,7 +114,7 @@ def sort_into_cells(
 ) -> SortedCells:
     """Sort agents, positions of shape (n, 2), into sub-domains of side core_radius / 2^level."""
     entries = with_images(positions, core_radius, domain)
-    places = entries.places
+    places = np.ascontiguousarray(entries.places)
     lowest, highest = corners(places) if len(places) else ((0.0, 0.0), (0.0, 0.0))
     if domain.makes_images:
         lowest = on_sides(lowest, core_radius / 2**level, domain)

@@ -257,14 +257,15 @@ class QuadLattice(MesaSpace):
 
     def place_of(self, agent: AgentParticle) -> tuple[float, float]:
         """Where the agent stood when the agents last perceived."""
-        x, y, *_ = self._around(agent)
-        return x, y
+        vicinity, row = self._seen, self.particles.row(agent)
+        return vicinity.x[row], vicinity.y[row]
 
-    def _around(self, agent: AgentParticle) -> tuple[float, float, int, int, int, int, int]:
-        """Where the agent stood and what is around, see `Vicinity.places`."""
+    @property
+    def _seen(self) -> Vicinity:
+        """The sorted agents as lists, made when the first agent asks."""
         if self._vicinity is None or self._changes != self.particles.changes:
             self._vicinity = Vicinity(self.cells, self.particles._agents)
-        return self._vicinity.places[self.particles.row(agent)]
+        return self._vicinity
 
     def displacement(self, agent: AgentParticle, other: AgentParticle) -> tuple[float, float]:
         """x_i - x_j, the shorter way across periodic sides."""
@@ -280,14 +281,16 @@ class QuadLattice(MesaSpace):
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
         """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2), in sight."""
-        x, y, _, begin, end, first, last = self._around(agent)
-        vicinity, radius = self._vicinity, self._cells.core_radius
-        radius_2 = radius * radius
+        vicinity, row = self._seen, self.particles.row(agent)
+        x, y, cell = vicinity.x[row], vicinity.y[row], vicinity.cell[row]
+        radius_2 = self._cells.core_radius * self._cells.core_radius
         neighbours = []
-        for other, other_x, other_y in vicinity.potential[begin:end]:
+        potential = vicinity.potential[vicinity.begin[cell] : vicinity.end[cell]]
+        for other, other_x, other_y in potential:
             if distance_2(x - other_x, y - other_y) < radius_2 and other is not agent:
                 neighbours.append(other)
-        for other, other_x, other_y, shift_x, shift_y in vicinity.images[first:last]:
+        images = vicinity.images[vicinity.first[cell] : vicinity.last[cell]]
+        for other, other_x, other_y, shift_x, shift_y in images:
             if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2:
                 neighbours.append(other)
         return neighbours if self._all_count else self._that_count(agent, neighbours)
@@ -315,7 +318,7 @@ class QuadLattice(MesaSpace):
             return [(agents[row], *image) for row, *image in lines.mirrored]
         if not len(cells.image):
             return []
-        x, y, place, *_ = self._around(agent)
+        (x, y), place = self.place_of(agent), self._seen.cell[self.particles.row(agent)]
         found = []
         for begin, end in zip(cells.low[place], cells.high[place], strict=True):
             for k in range(begin, end):

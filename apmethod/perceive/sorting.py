@@ -14,6 +14,8 @@ from apmethod.perceive.images import Entries
 
 #: Agents a block at least; below, a second thread does not pay.
 _BLOCK = 20_000
+#: Coordinates that are compared side by side, x and y in turn.
+_WIDE = 256
 
 
 def counting_sort(
@@ -47,6 +49,11 @@ def sort_numbers(number: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray
     return order, begin
 
 
+def _room_for(count: int) -> np.ndarray:
+    """x and y of so many entries, with memory behind each that whole vectors may look at."""
+    return memory.empty((2, count + LANES))[:, :count]
+
+
 def runs_around(
     number: np.ndarray, grid: tuple[int, int], reach: int, begin: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -70,18 +77,15 @@ def runs_around(
 @compiled
 def corners(places):
     """Smallest and largest x and y of places, of shape (n, 2): (x, y), (x, y)."""
-    west, south, east, north = np.inf, np.inf, -np.inf, -np.inf
-    for k in range(places.shape[0]):
-        x, y = places[k, 0], places[k, 1]
-        if x < west:  # which is hardly ever so; a minimum would have each wait for the one before
-            west = x
-        if x > east:
-            east = x
-        if y < south:
-            south = y
-        if y > north:
-            north = y
-    return (west, south), (east, north)
+    # Side by side: in one minimum over all, each would have to wait for the one before.
+    smallest, largest = np.full(_WIDE, np.inf), np.full(_WIDE, -np.inf)
+    numbers = places.reshape(places.size)
+    for first in range(0, len(numbers), _WIDE):
+        some = numbers[first : first + _WIDE]
+        for k in range(len(some)):
+            smallest[k], largest[k] = min(smallest[k], some[k]), max(largest[k], some[k])
+    west, south = smallest[0::2].min(), smallest[1::2].min()
+    return (west, south), (largest[0::2].max(), largest[1::2].max())
 
 
 @compiled
@@ -109,11 +113,17 @@ def sharing_a_cell(start):
 def _number_and_count(first, last, edges, places, lowest, side, grid, number, tally):
     a_length = 1.0 / side
     for block in range(first, last):
-        for k in range(edges[block], edges[block + 1]):
-            column = min(int((places[k, 0] - lowest[0]) * a_length), grid[0] - 1)
-            line = min(int((places[k, 1] - lowest[1]) * a_length), grid[1] - 1)
-            number[k] = line * grid[0] + column
-            tally[block, number[k]] += 1
+        # From zero on: numbers that might be negative ones would be tested for that.
+        here, numbers = (
+            places[edges[block] : edges[block + 1]],
+            number[edges[block] : edges[block + 1]],
+        )
+        for k in range(len(numbers)):
+            column = min(int((here[k, 0] - lowest[0]) * a_length), grid[0] - 1)
+            line = min(int((here[k, 1] - lowest[1]) * a_length), grid[1] - 1)
+            numbers[k] = line * grid[0] + column
+        for cell in numbers:
+            tally[block, cell] += 1
 
 
 @compiled
@@ -139,8 +149,11 @@ def _put_in_order(first, last, edges, number, tally, order):
 
 @compiled
 def _find_runs(first, last, number, grid, reach, begin, low, high):
+    line = number[first] // grid[0] if first < last else 0
     for cell in range(first, last):
-        line, column = number[cell] // grid[0], number[cell] % grid[0]
+        while number[cell] >= (line + 1) * grid[0]:
+            line += 1
+        column = number[cell] - line * grid[0]
         west, east = max(column - reach, 0), min(column + reach, grid[0] - 1)
         for run in range(low.shape[1]):
             row = line - reach + run
@@ -170,8 +183,8 @@ def occupied(begin):
 def in_order(order: np.ndarray, positions: np.ndarray, entries: Entries) -> dict[str, np.ndarray]:
     """What `SortedCells` holds of agents at positions, (n, 2), and their images, in an order."""
     images = len(order) if len(entries.row) else 0
-    x, y = memory.empty((2, len(order) + LANES))[:, : len(order)]
-    shift_x, shift_y = memory.empty((2, images + LANES))[:, :images]
+    x, y = _room_for(len(order))
+    shift_x, shift_y = _room_for(images)
     image = memory.empty(images, np.int8)
     row = memory.empty(images, np.int64) if images else order
     in_blocks(_take_all, len(order), order, positions, *entries[1:], row, x, y, shift_x, shift_y,

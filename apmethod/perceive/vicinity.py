@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
 
 
-Listed = tuple[list[tuple], np.ndarray, np.ndarray]
+Listed = tuple[list[tuple], list[int], list[int]]
 
 
 class Vicinity:
@@ -26,26 +26,27 @@ class Vicinity:
     spares.
 
     Attributes:
+        x, y: by row of the table, where the agent stood.
+        cell: by row, which of the occupied sub-domains the agent is in.
         potential: (agent, x, y) of agents, each as often as there are bands that it is in.
+        begin, end: by sub-domain, its slice of ``potential``.
         images: (agent, x, y, shift_x, shift_y) of images across periodic sides, alike.
-        places: by row of the table: x, y, which of the occupied sub-domains the agent is in,
-            and where the slices of ``potential`` and ``images`` around that begin and end.
+        first, last: by sub-domain, its slice of ``images``.
     """
 
     def __init__(self, cells: SortedCells, agents: Sequence[AgentParticle]):
         self._cells = cells
         self._agents = agents
-        self.potential, begin, end = self._listed(REAL, cells.x, cells.y)
+        self.potential, self.begin, self.end = self._listed(REAL, cells.x, cells.y)
         # A mirror image is nobody that an agent perceives.
         shifted = cells.x, cells.y, cells.shift_x, cells.shift_y
-        self.images, first, last = self._listed(WRAPPED, *shifted)
+        self.images, self.first, self.last = self._listed(WRAPPED, *shifted)
         real = cells.of_kind(REAL)
         entry = np.empty(len(real), np.int64)
         entry[cells.row[real]] = real
         cell = np.repeat(np.arange(len(cells.number)), np.diff(cells.start))[entry]
-        slices = (edge[cell] for edge in (begin, end, first, last))
-        columns = cells.x[entry], cells.y[entry], cell, *slices
-        self.places = list(zip(*(column.tolist() for column in columns), strict=True))
+        # Lists of numbers, which Python's collector of garbage has not to look through.
+        self.x, self.y, self.cell = cells.x[entry].tolist(), cells.y[entry].tolist(), cell.tolist()
 
     def _listed(self, kind: int, *columns: np.ndarray) -> Listed:
         """Entries of one kind, and where the slice around each sub-domain begins and ends."""
@@ -54,4 +55,4 @@ class Vicinity:
         agents = map(self._agents.__getitem__, self._cells.row[chosen].tolist())
         parts = (column[chosen].tolist() for column in columns)
         entries = np.fromiter(zip(agents, *parts, strict=True), object, len(chosen))
-        return entries[order].tolist(), begin, end
+        return entries[order].tolist(), begin.tolist(), end.tolist()
