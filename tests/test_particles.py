@@ -1,5 +1,8 @@
 """Columns behind agents: attributes, growth, removal, and refusals."""
 
+import tracemalloc
+
+import mesa
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -123,6 +126,31 @@ def test_mesas_own_ways_work():
     model.agents.set("energy", 1.0)
     assert model.particles.energy.tolist() == [1.0] * 5
     assert model.agents_by_type[Ant] == model.agents
+
+
+def memory_of_one(cls, model, count=2000):
+    """Bytes of an agent among as many, on average."""
+    tracemalloc.start()
+    try:
+        cls.create_agents(model, count)
+        return tracemalloc.get_traced_memory()[0] / count
+    finally:
+        tracemalloc.stop()
+
+
+def test_beside_its_columns_an_agent_takes_hardly_more_memory_than_one_of_mesas():
+    class Bare(mesa.Agent):
+        pass
+
+    class Bee(AgentParticle):
+        pass
+
+    model = ParticleModel(Bee, core_radius=0.5, rng=3)
+    ours, mesas = memory_of_one(Bee, model), memory_of_one(Bare, mesa.Model())
+    table = model.particles
+    columns = sum(table.array(name).nbytes for name in table.columns) / len(table)
+    # The number of the row, the class by row and the table's list of agents.
+    assert 0.0 < ours - mesas - columns < 64.0
 
 
 def test_a_class_with_its_own_constructor_is_created_through_it():
