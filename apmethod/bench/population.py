@@ -26,6 +26,8 @@ def population(
     )  # fmt: skip
     count = len(positions)
     AgentParticle.create_agents(model, count, position=positions, mass=1.0 / count)
+    if model.procedure.worth_tidying:
+        model.space.tidy()  # as the first step of a model does, and every 50th
     return model
 
 

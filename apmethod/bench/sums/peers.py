@@ -31,8 +31,6 @@ class Ours:
         self.model = model
         self.threads = threads
         self.note = "sort and sums of all agents"
-        if model.procedure.worth_tidying:
-            model.space.tidy()  # as the first step of a model does, and every 50th
 
     def prepare(self, positions: np.ndarray) -> None:
         """Put the agents where they should be."""
