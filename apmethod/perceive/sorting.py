@@ -60,7 +60,7 @@ def runs_around(
     """Begin and end of the run of agents in each row of the square around sub-domains.
 
     Args:
-        number: of the sub-domains to look around, of shape (cells,).
+        number: of the sub-domains to look around, ascending, of shape (cells,).
         grid: number of sub-domains along x and y.
         reach: how many sub-domains to look in each direction.
         begin: where each sub-domain of the grid begins in the order.
