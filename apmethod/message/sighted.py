@@ -33,7 +33,7 @@ def sum_over_sights(
     in_blocks(
         _compile(tuple(terms), kernel, reads, odd), len(sights.place), sights.place, sights.begin,
         sights.end, sights.other, sights.dx, sights.dy, sights.sign, row, table,
-        _opposite(table, reads, odd) if (sights.sign < 0).any() else table,
+        _opposite(table[:, : len(row)], reads, odd) if (sights.sign < 0).any() else table,
         core_radius / kernel.support, sums, least=500,
     )  # fmt: skip
 

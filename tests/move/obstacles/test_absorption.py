@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from apmethod import FieldModel, Obstacles, Polyline, square
+from apmethod.compile import memory
 from apmethod.move.obstacles.holding import hold_off
 from apmethod.move.obstacles.look import walls_near
 from apmethod.move.obstacles.sight import kinds_of
@@ -114,6 +115,22 @@ def test_tiers_and_evaluations_agree(accuracy, kind):
         _, found = ran(obstacles(), accuracy=accuracy, dt=0.1, **options)
         assert found.shape == expected.shape
         assert np.abs(found - expected).max() <= 1e-12 * np.abs(expected).max(), options
+
+
+def test_memory_that_is_not_written_is_not_read_either(monkeypatch):
+    signal = np.uint64(0x7FF4_0000_0000_0001)  # a NaN that whoever computes with it hears of
+
+    def poisoned(shape, dtype=float):
+        array = np.empty(shape, dtype)
+        if array.dtype == float:
+            array.view(np.uint64)[...] = signal
+        return array
+
+    wall = [Polyline([(0.3, -1.0), (0.3, 2.0)], behaviour="absorb")]
+    _, expected = ran(wall)
+    monkeypatch.setattr(memory, "empty", poisoned)
+    _, found = ran(wall)
+    assert np.array_equal(found, expected)
 
 
 @pytest.mark.parametrize("seed", [1, 4])
