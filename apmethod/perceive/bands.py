@@ -34,6 +34,21 @@ def slices_around(cells: SortedCells, chosen: np.ndarray) -> Slices:
     return order[: end.max(initial=0)], begin, end
 
 
+@compiled
+def places_of_own(order, begin, end, start):
+    """Where in the slice around its sub-domain each entry itself stands.
+
+    ``start`` is where the entries of each sub-domain begin, and the last ones end.
+    """
+    own = np.empty(start[-1], np.int64)
+    for cell in range(len(begin)):
+        around = order[begin[cell] : end[cell]]
+        for k in range(len(around)):
+            if start[cell] <= around[k] < start[cell + 1]:
+                own[around[k]] = k
+    return own
+
+
 def _runs_in_line(cells: SortedCells, chosen: np.ndarray) -> Slices:
     """The runs around each one after the other: several lattices have no common lines."""
     length = (cells.high - cells.low).ravel()

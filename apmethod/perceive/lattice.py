@@ -286,13 +286,15 @@ class QuadLattice(MesaSpace):
         radius_2 = self._cells.core_radius * self._cells.core_radius
         neighbours = []
         potential = vicinity.potential[vicinity.begin[cell] : vicinity.end[cell]]
+        del potential[vicinity.own[row]]  # to ask each one whether it is the agent takes longer
         for other, other_x, other_y in potential:
-            if distance_2(x - other_x, y - other_y) < radius_2 and other is not agent:
+            if distance_2(x - other_x, y - other_y) < radius_2:
                 neighbours.append(other)
-        images = vicinity.images[vicinity.first[cell] : vicinity.last[cell]]
-        for other, other_x, other_y, shift_x, shift_y in images:
-            if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2:
-                neighbours.append(other)
+        first, last = vicinity.first[cell], vicinity.last[cell]
+        if first < last:
+            for other, other_x, other_y, shift_x, shift_y in vicinity.images[first:last]:
+                if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2:
+                    neighbours.append(other)
         return neighbours if self._all_count else self._that_count(agent, neighbours)
 
     def _that_count(

@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from apmethod.perceive.bands import slices_around
+from apmethod.perceive.bands import Slices, places_of_own, slices_around
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.images import REAL, WRAPPED
 
 if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
-
-
-Listed = tuple[list[tuple], list[int], list[int]]
 
 
 class Vicinity:
@@ -30,6 +27,7 @@ class Vicinity:
         cell: by row, which of the occupied sub-domains the agent is in.
         potential: (agent, x, y) of agents, each as often as there are bands that it is in.
         begin, end: by sub-domain, its slice of ``potential``.
+        own: by row, the agent's own place in that slice.
         images: (agent, x, y, shift_x, shift_y) of images across periodic sides, alike.
         first, last: by sub-domain, its slice of ``images``.
     """
@@ -37,21 +35,29 @@ class Vicinity:
     def __init__(self, cells: SortedCells, agents: Sequence[AgentParticle]):
         self._cells = cells
         self._agents = agents
-        self.potential, self.begin, self.end = self._listed(REAL, cells.x, cells.y)
-        # A mirror image is nobody that an agent perceives.
-        shifted = cells.x, cells.y, cells.shift_x, cells.shift_y
-        self.images, self.first, self.last = self._listed(WRAPPED, *shifted)
         real = cells.of_kind(REAL)
-        entry = np.empty(len(real), np.int64)
-        entry[cells.row[real]] = real
-        cell = np.repeat(np.arange(len(cells.number)), np.diff(cells.start))[entry]
+        around = slices_around(cells, real)
+        start = np.searchsorted(real, cells.start)
+        own = places_of_own(*around, start)
+        self.potential, self.begin, self.end = self._listed(real, around, cells.x, cells.y)
+        # A mirror image is nobody that an agent perceives.
+        wrapped = cells.of_kind(WRAPPED)
+        shifted = cells.x, cells.y, cells.shift_x, cells.shift_y
+        self.images, self.first, self.last = self._listed(
+            wrapped, slices_around(cells, wrapped), *shifted
+        )
+        by_row = np.empty(len(real), np.int64)
+        by_row[cells.row[real]] = np.arange(len(real))
+        cell = np.repeat(np.arange(len(cells.number)), np.diff(start))
         # Lists of numbers, which Python's collector of garbage has not to look through.
-        self.x, self.y, self.cell = cells.x[entry].tolist(), cells.y[entry].tolist(), cell.tolist()
+        self.x, self.y = cells.x[real][by_row].tolist(), cells.y[real][by_row].tolist()
+        self.cell, self.own = cell[by_row].tolist(), own[by_row].tolist()
 
-    def _listed(self, kind: int, *columns: np.ndarray) -> Listed:
-        """Entries of one kind, and where the slice around each sub-domain begins and ends."""
-        chosen = self._cells.of_kind(kind)
-        order, begin, end = slices_around(self._cells, chosen)
+    def _listed(
+        self, chosen: np.ndarray, around: Slices, *columns: np.ndarray
+    ) -> tuple[list[tuple], list[int], list[int]]:
+        """Entries as tuples, and where the slice around each sub-domain begins and ends."""
+        order, begin, end = around
         agents = map(self._agents.__getitem__, self._cells.row[chosen].tolist())
         parts = (column[chosen].tolist() for column in columns)
         entries = np.fromiter(zip(agents, *parts, strict=True), object, len(chosen))

@@ -1,4 +1,4 @@
-"""A slice of a band holds what the runs around a sub-domain hold."""
+"""A slice of a band holds what the runs around a sub-domain hold, each entry itself included."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from apmethod import Bounded, Open, Periodic
-from apmethod.perceive.bands import slices_around
+from apmethod.perceive.bands import places_of_own, slices_around
 from apmethod.perceive.cells import sort_into_cells
 from apmethod.perceive.images import MIRROR, REAL, WRAPPED
 from apmethod.perceive.radii import sort_by_radius
@@ -24,6 +24,10 @@ def check(cells, kind):
         around = np.concatenate([np.arange(low, high) for low, high in runs])
         found = chosen[order[begin[k] : end[k]]]
         assert sorted(found) == sorted(around[np.isin(around, chosen)])
+    start = np.searchsorted(chosen, cells.start)
+    own = places_of_own(order, begin, end, start)
+    cell = np.repeat(np.arange(len(cells.number)), np.diff(start))
+    assert np.array_equal(order[begin[cell] + own], np.arange(len(chosen)))
 
 
 @settings(max_examples=60, deadline=None)
