@@ -39,8 +39,7 @@ class MessageBus:
         terms: what is exchanged, in any order.  A term that reads what another one
             delivers is exchanged in a later round.
         evaluation: how compiled sums are taken, "gathered", "scattered" or "stored"; "auto"
-            takes the quickest one, `BEST_EVALUATION`, or "gathered" for agents that have core
-            radii of their own.
+            takes the quickest one, `BEST_EVALUATION`.
 
     Raises:
         ValueError: for an unknown evaluation, or a term that does not hold its parity,
@@ -69,8 +68,7 @@ class MessageBus:
         #: How compiled sums are taken.
         self.evaluation = BEST_EVALUATION if evaluation == "auto" else evaluation
         if space.own_radii:
-            self._check_own_radii(evaluation)
-            self.evaluation = "gathered" if evaluation == "auto" else evaluation
+            self._check_own_radii()
         self._odd = odd_columns(terms)
         self._passes = [
             RoundPass(each, kernel, particles, self.evaluation, self._odd) for each in self.rounds
@@ -253,12 +251,7 @@ class MessageBus:
         weight = getattr(sender, term.weight) if term.weight else 1.0
         return [weight * value for value in values]
 
-    def _check_own_radii(self, evaluation: str) -> None:
-        if evaluation == "scattered":
-            raise ValueError(
-                "evaluation is 'scattered', which takes one core radius for all, and agents "
-                "have their own; use 'gathered' or 'stored'"
-            )
+    def _check_own_radii(self) -> None:
         if self.space.obstacles is not None and self.space.obstacles.contributions != "through":
             raise ValueError(
                 "agents have core radii of their own, and walls that agents do not feel each "

@@ -56,15 +56,17 @@ def scatter(
     sums: np.ndarray,
 ) -> None:
     """Write each agent's sums; see `apmethod.message.passes.RoundPass`."""
-    run = _compile(tuple(terms), kernel, reads, bool(len(cells.image)), len(table))
+    run = _compile(
+        tuple(terms), kernel, reads, bool(len(cells.image)), bool(len(cells.radius)), len(table)
+    )
     cell, begin, end, base = _parts(cells.start, cells.low, cells.high, cells.image, _PART, _PARTS)
     tables = memory.empty((width_of(terms), base[-1]))
     claimed = np.zeros(1, np.int64)
     in_blocks(
         run, min(threads(), len(begin)), claimed, cell, begin, end, base, row,
         cells.start, cells.low, cells.high, cells.image,
-        cells.x, cells.y, cells.shift_x, cells.shift_y, table,
-        cells.core_radius, cells.core_radius / kernel.support, tables, sums, least=1,
+        cells.x, cells.y, cells.shift_x, cells.shift_y, cells.radius, table,
+        cells.core_radius, kernel.support, tables, sums, least=1,
     )  # fmt: skip
     if len(begin) > 1:
         in_blocks(
@@ -86,14 +88,15 @@ def _agents_before(image):
 def _candidates(start, low, high, image):
     """How many pairs are tested from each sub-domain on."""
     agents = _agents_before(image)
-    tested, middle = np.zeros(len(start) - 1, np.int64), low.shape[1] // 2
+    tested = np.zeros(len(start) - 1, np.int64)
     for cell in range(len(tested)):
         ahead = 0
-        for run in range(middle, low.shape[1]):
-            first, last = start[cell] if run == middle else low[cell, run], high[cell, run]
-            if len(image) and image[start[cell]] != REAL:  # images look at agents only
-                first, last = agents[first], agents[last]
-            ahead += last - first
+        for run in range(low.shape[1]):
+            first, last = max(low[cell, run], start[cell]), high[cell, run]
+            if first < last:
+                if len(image) and image[start[cell]] != REAL:  # images look at agents only
+                    first, last = agents[first], agents[last]
+                ahead += last - first
         tested[cell] = ahead * (start[cell + 1] - start[cell])
     return tested
 
@@ -167,9 +170,9 @@ def _add_up(first, last, row, image, begin, end, base, tables, sums):
 
 @inlined
 def _run_behind(cell, run, start, low, high, image):
-    """Entries from the sub-domain's own on: the rest of its line, and north."""
-    begin = start[cell] if run == low.shape[1] // 2 else low[cell, run]
-    end = high[cell, run]
+    """Entries of a run from the sub-domain's own on."""
+    begin = max(low[cell, run], start[cell])
+    end = max(high[cell, run], begin)
     if image.size and image[start[cell]]:  # agents come first: it has none, and images want none
         while begin < end and image[begin]:
             begin += 1
@@ -184,18 +187,20 @@ def _compile(
     kernel: Kernel,
     reads: tuple[tuple[str, int | None], ...],
     images: bool,
+    own_radii: bool,
     lines: int,
 ) -> Callable:
     make_pair, read, evaluate, evaluate_own, add, zero = ingredients(terms, kernel, reads)
     mirror = mirror_evaluator(terms)
     width = len(zero)
-    # Rows of a block: what the terms read, x, y, the shifts of images, the halves to send.
+    # Rows of a block: what the terms read, x, y, shifts of images, radii, the halves to send.
     place = lines
     shift = place + 2
-    half = shift + (2 if images else 0)
+    size = shift + (2 if images else 0)
+    half = size + (1 if own_radii else 0)
 
     @inlined
-    def fill(block, count, at, length, x, y, shift_x, shift_y, table):
+    def fill(block, count, at, length, x, y, shift_x, shift_y, radius, table):
         for k in range(0, length, LANES):
             here, there = at + k, count + k
             copy_lanes(block[place], there, x, here)
@@ -203,6 +208,8 @@ def _compile(
             if images:
                 copy_lanes(block[shift], there, shift_x, here)
                 copy_lanes(block[shift + 1], there, shift_y, here)
+            if own_radii:
+                copy_lanes(block[size], there, radius, here)
             for line in range(lines):
                 copy_lanes(block[line], there, table[line], here)
             for part in range(width):
@@ -216,17 +223,19 @@ def _compile(
 
     @inlined
     def sum_cell(
-        cell, block, pieces, offset, start, low, high, image, x, y, shift_x, shift_y, table,
-        core_radius, smoothing_length, tables,
+        cell, block, pieces, offset, start, low, high, image, x, y, shift_x, shift_y, radius,
+        table, core_radius, support, tables,
     ):  # fmt: skip
-        run, done = low.shape[1] // 2, 0
+        # Its own run is the middle one, those before are south of it; or the first.
+        run, done = 0 if own_radii else low.shape[1] // 2, 0
+        reach, h = core_radius, core_radius / support
         at, end = _run_behind(cell, run, start, low, high, image)
         with_own = at == start[cell]
         while run < low.shape[1]:
             count, filled = 0, 0
             while run < low.shape[1] and count < _BLOCK:
                 length = min(end - at, _BLOCK - count)
-                fill(block, count, at, length, x, y, shift_x, shift_y, table)
+                fill(block, count, at, length, x, y, shift_x, shift_y, radius, table)
                 pieces[filled, 0], pieces[filled, 1] = at, length
                 filled += 1
                 count += length
@@ -240,9 +249,10 @@ def _compile(
             fill_lanes(block[place], count, np.inf)  # nobody is near there
             for i in range(start[cell], start[cell + 1]):
                 me, total = read(table, i), zero
+                if own_radii:
+                    h = radius[i] / support
                 if done == 0:
-                    own = evaluate_own(make_pair(0.0, 0.0, smoothing_length), me, me)
-                    total = add(zero, own, True)
+                    total = add(zero, evaluate_own(make_pair(0.0, 0.0, h), me, me), True)
                 behind = max(i + 1 - start[cell] - done, 0) if with_own else 0
                 over_x, over_y = (shift_x[i], shift_y[i]) if images else (0.0, 0.0)
                 # As a function of its own this loop is not vectorised.
@@ -252,8 +262,11 @@ def _compile(
                     if images:
                         dx = (dx + over_x) - ahead[shift, j]
                         dy = (dy + over_y) - ahead[shift + 1, j]
-                    near = distance_2(dx, dy) < core_radius * core_radius
-                    pair, you = make_pair(dx, dy, smoothing_length), read(ahead, j)
+                    if own_radii:
+                        reach = 0.5 * (radius[i] + ahead[size, j])
+                        h = reach / support
+                    near = distance_2(dx, dy) < reach * reach
+                    pair, you = make_pair(dx, dy, h), read(ahead, j)
                     total = add(total, evaluate(pair, me, you), near)
                     back = mirror(pair, me, you)
                     for part in range(width):
@@ -269,7 +282,7 @@ def _compile(
     @compiled
     def scatter_sums(
         first, last, claimed, cell, begin, end, base, row, start, low, high, image, x, y, shift_x,
-        shift_y, table, core_radius, smoothing_length, tables, sums,
+        shift_y, radius, table, core_radius, support, tables, sums,
     ):  # fmt: skip
         block = np.ones((half + width, _BLOCK + 2 * LANES))
         pieces = np.empty((low.shape[1], 2), np.int64)
@@ -279,7 +292,7 @@ def _compile(
             for each in range(cell[part], cell[part + 1]):
                 sum_cell(
                     each, block, pieces, base[part] - begin[part], start, low, high, image, x, y,
-                    shift_x, shift_y, table, core_radius, smoothing_length, tables,
+                    shift_x, shift_y, radius, table, core_radius, support, tables,
                 )  # fmt: skip
             # What no part before adds to is complete.
             alone = begin[part] if part == 0 else max(begin[part], end[part - 1])

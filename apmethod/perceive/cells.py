@@ -48,8 +48,8 @@ class SortedCells:
         image: whether the entry is an image, WRAPPED or MIRROR, or the agent itself, REAL
             (0); empty, as are the shifts, where the domain makes no images.
         x, y: the agents' positions, not shifted.
-        shift_x, shift_y: what to add to an image's position.  Behind these four there is memory
-            for `LANES` more, so that they can be read in whole vectors.
+        shift_x, shift_y: what to add to an image's position.  Behind these four and the radii
+            there is memory for `LANES` more, so that they can be read in whole vectors.
         number: of each occupied sub-domain, ascending, (cells,).
         start: where each occupied sub-domain begins in the sorted arrays, (cells + 1,).
         low, high: for each occupied sub-domain and row of its surrounding square, where
@@ -120,7 +120,7 @@ def sort_into_cells(
         lowest = on_sides(lowest, core_radius / 2**level, domain)
     extent = (highest[0] - lowest[0], highest[1] - lowest[1])
     side, grid = grid_of(extent, core_radius, level)
-    if grid[0] * grid[1] <= _DENSE * len(places) + 1024:
+    if few_enough(grid[0] * grid[1], len(places)):
         order, begin = counting_sort(places, lowest, side, grid)
         number, start = occupied(begin)
         low, high = runs_around(number, grid, 2**level, begin)
@@ -142,6 +142,11 @@ def sort_into_cells(
         high=high,
         **in_order(order, positions, entries),
     )
+
+
+def few_enough(numbers: int, agents: int) -> bool:
+    """Whether so many numbers, of sub-domains or lines, can be tabled, occupied or not."""
+    return numbers <= _DENSE * agents + 1024
 
 
 def grid_of(

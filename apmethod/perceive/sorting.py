@@ -49,9 +49,9 @@ def sort_numbers(number: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray
     return order, begin
 
 
-def _room_for(count: int) -> np.ndarray:
-    """x and y of so many entries, with memory behind each that whole vectors may look at."""
-    return memory.empty((2, count + LANES))[:, :count]
+def room_for(columns: int, count: int) -> np.ndarray:
+    """Columns of so many entries, with memory behind each that whole vectors may look at."""
+    return memory.empty((columns, count + LANES))[:, :count]
 
 
 def runs_around(
@@ -183,8 +183,8 @@ def occupied(begin):
 def in_order(order: np.ndarray, positions: np.ndarray, entries: Entries) -> dict[str, np.ndarray]:
     """What `SortedCells` holds of agents at positions, (n, 2), and their images, in an order."""
     images = len(order) if len(entries.row) else 0
-    x, y = _room_for(len(order))
-    shift_x, shift_y = _room_for(images)
+    x, y = room_for(2, len(order))
+    shift_x, shift_y = room_for(2, images)
     image = memory.empty(images, np.int8)
     row = memory.empty(images, np.int64) if images else order
     in_blocks(_take_all, len(order), order, positions, *entries[1:], row, x, y, shift_x, shift_y,

@@ -75,10 +75,11 @@ def same(one, other):
 @pytest.mark.parametrize("domain", [Open(), UNIT, Mirrored((0.0, 0.0), (1.0, 1.0))])
 def test_evaluations_levels_and_tiers_agree(form, domain):
     expected = eyed(form=form, domain=domain)
-    assert expected.bus.evaluation == "gathered"
     others = [
         eyed(form=form, domain=domain, **options)
-        for options in ({"evaluation": "stored"}, {"level": 2}, {"tier": "agents"})
+        for options in (
+            {"evaluation": "gathered"}, {"evaluation": "stored"}, {"level": 2}, {"tier": "agents"},
+        )
     ]
     for model in (expected, *others):
         model.step()
@@ -196,8 +197,6 @@ def test_bad_radii_are_refused():
     model.particles.agents[3].core_radius = 0.6
     with pytest.raises(ValueError, match="periodic domain must be at least two core radii"):
         model.step()
-    with pytest.raises(ValueError, match="'scattered', which takes one core radius for all"):
-        eyed(evaluation="scattered")
     for wrong in ({"fewest": 0}, {"fewest": 30, "most": 20}, {"smallest": -1.0},
                   {"smallest": 2.0, "largest": 1.0}):  # fmt: skip
         with pytest.raises(ValueError, match=f"{list(wrong)[-1]} is|must be"):
