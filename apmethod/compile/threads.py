@@ -37,7 +37,7 @@ def set_threads(count: int) -> None:
     _threads = whole_number("threads", count, least=1)
 
 
-def in_blocks(run: Callable, count: int, *arguments, least: int = 20_000) -> None:
+def in_blocks(run: Callable, count: int, *arguments, least: int = 7_000) -> None:
     """Call ``run(first, last, *arguments)`` so that the blocks cover ``range(count)``.
 
     Below ``least`` items a block, another thread does not pay.

@@ -44,6 +44,9 @@ _PART = 80_000
 #: Parts at the most, a power of two: enough to keep threads equally busy, few enough that
 #: their tables hardly overlap.
 _PARTS = 32
+#: Room for the tables of more than two parts, over that of one table for all: a few agents who
+#: perceive very far let every table reach to them.
+_COPIES = 3.0
 
 
 def scatter(
@@ -59,7 +62,9 @@ def scatter(
     run = _compile(
         tuple(terms), kernel, reads, bool(len(cells.image)), bool(len(cells.radius)), len(table)
     )
-    cell, begin, end, base = _parts(cells.start, cells.low, cells.high, cells.image, _PART, _PARTS)
+    cell, begin, end, base = _parts(
+        cells.start, cells.low, cells.high, cells.image, _PART, _PARTS, _COPIES
+    )
     tables = memory.empty((width_of(terms), base[-1]))
     claimed = np.zeros(1, np.int64)
     in_blocks(
@@ -102,13 +107,14 @@ def _candidates(start, low, high, image):
 
 
 @compiled
-def _parts(start, low, high, image, least, most):
+def _parts(start, low, high, image, least, most, copies):
     """Divide the sub-domains into parts of about as many candidates each.
 
     Args:
         start, low, high, image: see `SortedCells`.
         least: candidates in a part.
         most: parts, a power of two.
+        copies: room for the tables of more than two parts, over that of one table for all.
 
     Returns:
         cell, the first sub-domain of each part, and behind the last one; begin and end, the
@@ -116,12 +122,21 @@ def _parts(start, low, high, image, least, most):
         with room for whole vectors behind each.
     """
     tested = _candidates(start, low, high, image)
-    candidates = tested.sum()
     wanted = 1
-    while wanted < most and wanted * least < candidates:
+    while wanted < most and wanted * least < tested.sum():
         wanted *= 2
+    while True:
+        cell, begin, end, base = _divide(wanted, tested, start, high)
+        if wanted <= 2 or base[-1] <= copies * start[-1]:
+            return cell, begin, end, base
+        wanted //= 2
+
+
+@inlined(arrays=True)
+def _divide(wanted, tested, start, high):
+    """The same for a number of parts, by how many pairs are tested from each sub-domain on."""
     cell, parts = np.zeros(wanted + 1, np.int64), 1
-    before, share = 0, 1
+    before, share, candidates = 0, 1, tested.sum()
     for each in range(len(tested)):
         if before * wanted >= share * candidates and before and parts < wanted:
             cell[parts] = each

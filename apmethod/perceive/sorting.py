@@ -13,7 +13,7 @@ from apmethod.compile import LANES, compiled, in_blocks, memory, threads
 from apmethod.perceive.images import Entries
 
 #: Agents a block at least; below, a second thread does not pay.
-_BLOCK = 20_000
+_BLOCK = 7_000
 #: Coordinates that are compared side by side, x and y in turn.
 _WIDE = 256
 

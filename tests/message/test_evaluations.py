@@ -64,6 +64,7 @@ def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
     options = {"domain": DOMAINS[domain], "level": 1}
     expected = after_two_steps(evaluation="gathered", **options)
     monkeypatch.setattr(scatter, "_PART", 1)  # as many parts as there can be
+    monkeypatch.setattr(scatter, "_COPIES", np.inf)
     found = after_two_steps(evaluation="scattered", **options)
     for name in expected.particles.names:
         a, b = getattr(expected.particles, name), getattr(found.particles, name)
@@ -75,7 +76,7 @@ def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
 def test_parts_cover_all_sub_domains_and_reach_as_far_as_their_runs(domain, least):
     cells = build(300, agent_class=Curious, domain=DOMAINS[domain], level=1).space.cells
     runs = cells.start, cells.low, cells.high, cells.image
-    cell, begin, end, base = scatter._parts(*runs, least, 8)
+    cell, begin, end, base = scatter._parts(*runs, least, 8, np.inf)
     assert [cell[0], cell[-1]] == [0, len(cells.number)]
     assert (np.diff(cell) > 0).all()
     assert (5 if least == 1 else 1) <= len(begin) <= 8
@@ -83,6 +84,10 @@ def test_parts_cover_all_sub_domains_and_reach_as_far_as_their_runs(domain, leas
         assert begin[part] == cells.start[first]
         assert end[part] >= max(cells.high[first:last].max(), cells.start[last])
     assert np.array_equal(np.diff(base), end - begin + LANES)  # whole vectors end behind them
+    for copies in (1.0, 2.5):
+        less = scatter._parts(*runs, least, 8, copies)[-1]
+        assert less[-1] <= copies * len(cells.row) or len(less) <= 3
+        assert len(less) <= len(base)
 
 
 @pytest.mark.parametrize("evaluation", EVALUATIONS)

@@ -1,5 +1,7 @@
 """Core radii of agents' own: who is a neighbour of whom, and how many they keep."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -18,6 +20,7 @@ from apmethod import (
     square,
 )
 from apmethod.compile import threads
+from apmethod.message import scatter
 from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
 from samples import Curious, build, column_by_id
@@ -78,13 +81,40 @@ def test_evaluations_levels_and_tiers_agree(form, domain):
     others = [
         eyed(form=form, domain=domain, **options)
         for options in (
-            {"evaluation": "gathered"}, {"evaluation": "stored"}, {"level": 2}, {"tier": "agents"},
+            {"evaluation": "gathered"},
+            {"evaluation": "stored"},
+            {"level": 2},
+            {"tier": "agents"},
         )
     ]
     for model in (expected, *others):
         model.step()
     for model in others:
         same(expected, model)
+
+
+@pytest.mark.parametrize("domain", [Open(), UNIT, Mirrored((0.0, 0.0), (1.0, 1.0))])
+def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
+    expected = eyed(domain=domain, evaluation="gathered")
+    expected.step()
+    monkeypatch.setattr(scatter, "_PART", 1)  # as many parts as there can be
+    monkeypatch.setattr(scatter, "_COPIES", np.inf)
+    found = eyed(domain=domain, evaluation="scattered")
+    found.step()
+    same(expected, found)
+
+
+def test_agents_far_out_take_no_memory_for_the_space_between():
+    draw = np.random.default_rng(5)
+    positions, radii = draw.random((300, 2)), 0.1 ** draw.uniform(0.5, 2.0, 300)
+    for far in (1e4, 1e8, 1e15):
+        positions[:3] = [[far, 0.0], [0.0, -far], [-far, far]]
+        tracemalloc.start()
+        cells = sort_by_radius(positions, radii, 1, Open())
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most < 2**22
+        assert np.array_equal(neighbour_pairs(cells), all_pairs(positions, radii, Open()))
 
 
 def test_agents_in_python_live_beside_compiled_ones():
