@@ -8,7 +8,7 @@ agent cannot tell from what it reads which of the two its neighbours used.
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -144,13 +144,8 @@ class MessageBus:
     def deliver_all(self, rows: np.ndarray | None = None) -> None:
         """Write the sums to the columns, for all agents or those in ``rows``."""
         chosen = slice(None) if rows is None else rows
-        for term, part in self._parts():
-            column = self.particles.array(term.name)
-            if term.components is None:
-                column[chosen] = self._sums[chosen, part]
-                continue
-            for axis in range(term.components):  # a sixth of the time of all axes at once
-                column[chosen, axis] = self._sums[chosen, part.start + axis]
+        for part, column in enumerate(self._columns()):
+            column[chosen] = self._sums[chosen, part]
 
     # -- one agent ---------------------------------------------------------------------
 
@@ -230,6 +225,12 @@ class MessageBus:
         self._must_be_open()
         sums = self._sums[self.particles.row(agent)]
         return {term.name: sums[part] for term, part in self._parts()}
+
+    def _columns(self) -> Iterator[np.ndarray]:
+        """The columns that sums go to, vectors axis by axis: a sixth of the time of all at once."""
+        for term in self.terms:
+            column = self.particles.array(term.name)
+            yield from (column,) if term.components is None else column.T
 
     def _must_be_open(self) -> None:
         if not self.terms:
