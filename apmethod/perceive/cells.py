@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from apmethod.compile import inlined
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import REAL, on_sides, with_images
 from apmethod.perceive.sorting import (
@@ -29,7 +30,7 @@ from apmethod.perceive.sorting import (
 #: A dense table of sub-domains may hold this many for each agent; beyond, it is searched.
 _DENSE = 16
 #: What numbering a sub-domain may be off by, over how many there are.
-_ROUNDING = 8.0 * np.finfo(float).eps
+_ROUNDING = 8.0 * float(np.finfo(float).eps)
 #: Sub-domains along one axis at the most, so that their numbers fit in 64 bits.
 _LONGEST = 2**31
 
@@ -149,14 +150,19 @@ def few_enough(numbers: int, agents: int) -> bool:
     return numbers <= _DENSE * agents + 1024
 
 
+@inlined
+def rounding(count):
+    """What numbering one of so many sub-domains along an axis may be off by, and a little more."""
+    return max(1e-9, _ROUNDING * count)
+
+
 def grid_of(
     extent: tuple[float, float], core_radius: float, level: int
 ) -> tuple[float, tuple[int, int]]:
     """Side of a sub-domain, and how many fit along x and y."""
-    # Numbering a sub-domain rounds; the margin keeps an agent just inside the core radius
-    # from being numbered one sub-domain too far.
+    # The margin keeps an agent just inside the core radius from being numbered too far.
     widest = max(extent) / core_radius * 2**level
-    side = core_radius / 2**level * (1.0 + max(1e-9, _ROUNDING * widest))
+    side = core_radius / 2**level * (1.0 + rounding(widest))
     side = max(side, max(extent) / (_LONGEST - 1))
     return side, tuple(int(length / side) + 1 for length in extent)
 

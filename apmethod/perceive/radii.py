@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from apmethod.compile import compiled, in_blocks, inlined, memory
-from apmethod.perceive.cells import SortedCells, few_enough, grid_of
+from apmethod.perceive.cells import SortedCells, few_enough, grid_of, rounding
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import with_images
 from apmethod.perceive.sorting import in_order, room_for, sort_numbers, take
@@ -164,8 +164,9 @@ def _number(first, last, where, kind, lowest, side, grid, first_line, column, li
     """Column and line of each place in the lattice of its class."""
     for k in range(first, last):
         each = kind[k]
-        east = int((where[k, 0] - lowest[each, 0]) / side[each])
-        north = int((where[k, 1] - lowest[each, 1]) / side[each])
+        a_length = 1.0 / side[each]
+        east = int((where[k, 0] - lowest[each, 0]) * a_length)
+        north = int((where[k, 1] - lowest[each, 1]) * a_length)
         column[k] = min(east, grid[each, 0] - 1)
         line[k] = first_line[each] + min(north, grid[each, 1] - 1)
 
@@ -187,9 +188,9 @@ def _occupied(order, kind, column, line):
 
 
 @inlined
-def _span(low, high, lowest, side, count):
+def _span(low, high, lowest, a_length, count):
     """First and last sub-domain, and one more, that an interval along an axis touches."""
-    left, right = (low - lowest) / side, (high - lowest) / side
+    left, right = (low - lowest) * a_length, (high - lowest) * a_length
     if right < 0.0 or left >= count:
         return 0, 0
     return int(max(left, 0.0)), min(int(right), count - 1) + 1
@@ -232,11 +233,12 @@ def _find_runs(
         for each in range(widest.size):
             if widest[each] == 0.0:
                 continue
-            # Where a row begins is rounded; the slack keeps an agent at its very edge.
-            slack = 1e-9 * side[each]
+            # Where a line begins is rounded; the slack keeps an agent at its very edge.
+            slack = rounding(max(grid[each, 0], grid[each, 1])) * side[each]
             reach = 0.5 * (own + widest[each]) * (1.0 + 1e-9) + slack
+            a_length = 1.0 / side[each]  # as agents are numbered
             bottom, top = _span(
-                south - reach, north + reach, lowest[each, 1], side[each], grid[each, 1]
+                south - reach, north + reach, lowest[each, 1], a_length, grid[each, 1]
             )
             lines = first_known[each], first_known[each + 1]
             for k in range(_first_from(bottom, known, *lines), _first_from(top, known, *lines)):
@@ -253,7 +255,7 @@ def _find_runs(
                 if gap > 0.0:
                     half = np.sqrt(max(reach * reach - gap * gap, 0.0))
                 left, right = _span(
-                    west - half, east + half, lowest[each, 0], side[each], grid[each, 0]
+                    west - half, east + half, lowest[each, 0], a_length, grid[each, 0]
                 )
                 one = _first_from(left, column, one, two)
                 two = _first_from(right, column, one, two)
