@@ -1,7 +1,5 @@
 """The compiled evaluations give the same sums, and the same bits on any number of threads."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
@@ -14,8 +12,8 @@ from apmethod import (
     explain,
     set_threads,
 )
-from apmethod.compile import LANES, threads
-from apmethod.message import scatter
+from apmethod.compile import threads
+from apmethod.message import parts
 from apmethod.message.passes import EVALUATIONS
 from apmethod.perceive.domain import Domain
 from apmethod.perceive.images import MIRROR
@@ -63,31 +61,12 @@ def test_all_evaluations_agree(evaluation, domain, level):
 def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
     options = {"domain": DOMAINS[domain], "level": 1}
     expected = after_two_steps(evaluation="gathered", **options)
-    monkeypatch.setattr(scatter, "_PART", 1)  # as many parts as there can be
-    monkeypatch.setattr(scatter, "_COPIES", np.inf)
+    monkeypatch.setattr(parts, "_LEAST", 1)  # as many parts as there can be
+    monkeypatch.setattr(parts, "_COPIES", np.inf)
     found = after_two_steps(evaluation="scattered", **options)
     for name in expected.particles.names:
         a, b = getattr(expected.particles, name), getattr(found.particles, name)
         assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
-
-
-@pytest.mark.parametrize("least", [1, 1000, 10_000])
-@pytest.mark.parametrize("domain", list(DOMAINS))
-def test_parts_cover_all_sub_domains_and_reach_as_far_as_their_runs(domain, least):
-    cells = build(300, agent_class=Curious, domain=DOMAINS[domain], level=1).space.cells
-    runs = cells.start, cells.low, cells.high, cells.image
-    cell, begin, end, base = scatter._parts(*runs, least, 8, np.inf)
-    assert [cell[0], cell[-1]] == [0, len(cells.number)]
-    assert (np.diff(cell) > 0).all()
-    assert (5 if least == 1 else 1) <= len(begin) <= 8
-    for part, (first, last) in enumerate(pairwise(cell)):
-        assert begin[part] == cells.start[first]
-        assert end[part] >= max(cells.high[first:last].max(), cells.start[last])
-    assert np.array_equal(np.diff(base), end - begin + LANES)  # whole vectors end behind them
-    for copies in (1.0, 2.5):
-        less = scatter._parts(*runs, least, 8, copies)[-1]
-        assert less[-1] <= copies * len(cells.row) or len(less) <= 3
-        assert len(less) <= len(base)
 
 
 @pytest.mark.parametrize("evaluation", EVALUATIONS)

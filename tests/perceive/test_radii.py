@@ -20,7 +20,7 @@ from apmethod import (
     square,
 )
 from apmethod.compile import threads
-from apmethod.message import scatter
+from apmethod.message import parts
 from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
 from samples import Curious, build, column_by_id
@@ -97,8 +97,8 @@ def test_evaluations_levels_and_tiers_agree(form, domain):
 def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
     expected = eyed(domain=domain, evaluation="gathered")
     expected.step()
-    monkeypatch.setattr(scatter, "_PART", 1)  # as many parts as there can be
-    monkeypatch.setattr(scatter, "_COPIES", np.inf)
+    monkeypatch.setattr(parts, "_LEAST", 1)  # as many parts as there can be
+    monkeypatch.setattr(parts, "_COPIES", np.inf)
     found = eyed(domain=domain, evaluation="scattered")
     found.step()
     same(expected, found)
