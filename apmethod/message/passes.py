@@ -28,11 +28,9 @@ if TYPE_CHECKING:
 
 #: How compiled sums can be taken.
 EVALUATIONS = ("gathered", "scattered", "stored")
-
-
-#: The quickest one for every kernel, number of neighbours and number of rounds measured: a
-#: scattered round takes 0.5 to 0.8 of a gathered one and about as long as a stored one whose
-#: lists are there already.
+#: The quickest one for every kernel, number of neighbours, number of rounds and kind of core
+#: radii measured: a scattered round takes 0.5 to 0.8 of a gathered one and about as long as a
+#: stored one whose lists are there already.
 BEST_EVALUATION = "scattered"
 
 
