@@ -112,7 +112,7 @@ def _write(first, last, row, image, at, tables, sums):
     """Write the sums of entries first to last, which stand in the tables from ``at`` on."""
     rows, images = row[first:last], image[first:last]
     for column in range(tables.shape[0]):
-        complete, written = tables[column, at:], sums[:, column]
+        complete, written = tables[column, at:], sums[column]
         for k in range(len(rows)):
             if not (images.size and images[k]):
                 written[rows[k]] = complete[k]

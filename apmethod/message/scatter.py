@@ -57,6 +57,7 @@ def scatter(
     count = len(parts.begin)
     tables = memory.empty((width_of(terms), parts.base[-1]))
     claimed = np.zeros(1, np.int64)
+    sums = sums.T  # one layout for any number of parts, so that passes are compiled once
     in_blocks(
         run, min(threads(), count), claimed, parts, row, cells.start, cells.low, cells.high,
         cells.image, cells.x, cells.y, cells.shift_x, cells.shift_y, cells.radius, table,
