@@ -7,10 +7,11 @@ there are.
 
 import os
 from collections.abc import Callable
+from itertools import pairwise
 from threading import Lock
 
 from apmethod.checks import whole_number
-from apmethod.compile.worker import Worker
+from apmethod.compile.worker import Job, Worker
 
 _threads: int | None = None
 _workers: list[Worker] = []
@@ -50,12 +51,13 @@ def in_blocks(run: Callable, count: int, *arguments, least: int = 7_000) -> None
         while len(_workers) < blocks - 1:
             _workers.append(Worker(f"apmethod-{len(_workers) + 1}"))
         edges = [count * block // blocks for block in range(blocks + 1)]
-        asked = _workers[: blocks - 1]
-        for worker, first, last in zip(asked, edges[1:-1], edges[2:], strict=True):
-            worker.ask(run, first, last, *arguments)
+        job, asked = Job(run, pairwise(edges), arguments), _workers[: blocks - 1]
+        for worker in asked:
+            worker.ask(job)
         try:
-            run(0, edges[1], *arguments)
+            job.take_part()
         finally:
+            job.end()
             errors = [worker.wait() for worker in asked]
     finally:
         _busy.release()

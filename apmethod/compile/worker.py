@@ -8,7 +8,8 @@ so does the caller that waits for it.  Watching is compiled and leaves the GIL t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 from queue import SimpleQueue
 from threading import Thread
 
@@ -36,8 +37,32 @@ def _watch(numbers, place, known, looks, grace):
             return
 
 
+class Job:
+    """A pass in blocks, each of which is run by whoever comes first.
+
+    On a busy machine a worker may come late or not at all: whoever has asked it for help does
+    not wait for that, but runs what is left.
+    """
+
+    def __init__(self, run: Callable, blocks: Iterable[tuple[int, int]], arguments: tuple):
+        self._run, self._blocks, self._arguments = run, deque(blocks), arguments
+
+    def take_part(self) -> None:
+        """Run blocks until none is left."""
+        while self._blocks:
+            try:
+                first, last = self._blocks.popleft()
+            except IndexError:
+                return  # another thread was quicker
+            self._run(first, last, *self._arguments)
+
+    def end(self) -> None:
+        """Leave nothing to be begun, for one that has failed."""
+        self._blocks.clear()
+
+
 class Worker(Thread):
-    """Runs what it is asked for, once each time."""
+    """Takes part in the jobs that it is asked for."""
 
     def __init__(self, name: str):
         super().__init__(name=name, daemon=True)
@@ -45,22 +70,33 @@ class Worker(Thread):
         self._asleep = False
         self._wake: SimpleQueue[None] = SimpleQueue()
         self._outcomes: SimpleQueue[tuple[int, BaseException | None]] = SimpleQueue()
-        self._job: tuple[Callable, tuple] = (tuple, ())
+        self._asked: tuple[int, Job] | None = None
+        self._begun = 0
         self._watch(_ASKED, 0, looks=0)  # compiles
         self.start()
 
-    def ask(self, run: Callable, *arguments) -> None:
-        """Let the worker call ``run(*arguments)``."""
-        self._job = run, arguments
-        self._numbers[_ASKED] += 1
+    def ask(self, job: Job) -> None:
+        """Let the worker take part in a job."""
+        number = int(self._numbers[_ASKED]) + 1
+        self._asked = number, job
+        self._numbers[_ASKED] = number
         if self._asleep:
             self._wake.put(None)
 
     def wait(self) -> BaseException | None:
-        """Wait until it has, for the error that it has raised, if any."""
-        asked = self._numbers[_ASKED]
-        self._watch(_DONE, asked - 1)
-        done = 0
+        """Wait until it is through with a job of which nothing is left, if it has begun.
+
+        Returns:
+            The error that it has raised, if any.
+        """
+        asked = int(self._numbers[_ASKED])
+        self._asked = None  # keeps no array alive
+        if self._begun != asked:
+            return None  # and will find nothing to do
+        done = int(self._numbers[_DONE])
+        if done != asked:
+            self._watch(_DONE, done)
+        done, error = 0, None
         while done < asked:  # Ctrl-C may have kept an earlier outcome from being fetched
             done, error = self._outcomes.get()
         return error
@@ -70,19 +106,27 @@ class Worker(Thread):
         done = 0
         while True:
             self._watch(_ASKED, done)
-            if self._numbers[_ASKED] == done:
+            number = int(self._numbers[_ASKED])
+            if number == done:
                 self._sleep(done)
                 continue
-            call, arguments = self._job
-            try:
-                call(*arguments)
-                error = None
-            except BaseException as raised:
-                error = raised
-            self._job = tuple, ()  # keeps no array alive
-            done += 1
-            self._outcomes.put((done, error))
-            self._numbers[_DONE] = done
+            asked = self._asked
+            if asked is not None:
+                number = self._take_part(*asked)
+            del asked
+            done = number
+
+    def _take_part(self, number: int, job: Job) -> int:
+        # Before the first block is taken: who finds none left then knows whom to wait for.
+        self._begun = number
+        error = None
+        try:
+            job.take_part()
+        except BaseException as raised:
+            error = raised
+        self._outcomes.put((number, error))
+        self._numbers[_DONE] = number
+        return number
 
     def _sleep(self, done: int) -> None:
         self._asleep = True
