@@ -9,6 +9,7 @@ arrays need so much room behind them.
 
 from llvmlite import ir
 from numba.core import types
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 from apmethod.compile.vectors import LANES
@@ -33,9 +34,17 @@ def _splat(builder, number, vector):
     return builder.shuffle_vector(first, nothing, everywhere)
 
 
+def _must_be_columns(*arrays):
+    """Whole vectors are read from memory as it is: floats that lie side by side."""
+    for array in arrays:
+        if (array.ndim, array.layout, array.dtype) != (1, "C", types.float64):
+            raise TypingError(f"{array}: must be a contiguous column of floats")
+
+
 @intrinsic
 def fill_lanes(typingctx, target, at, value):
     """target[at : at + LANES] = value."""
+    _must_be_columns(target)
 
     def fill(context, builder, signature, arguments):
         array, place, number = arguments
@@ -49,6 +58,7 @@ def fill_lanes(typingctx, target, at, value):
 @intrinsic
 def copy_lanes(typingctx, target, at, source, start):
     """target[at : at + LANES] = source[start : start + LANES]."""
+    _must_be_columns(target, source)
 
     def copy(context, builder, signature, arguments):
         to, at, source, start = arguments
@@ -62,6 +72,7 @@ def copy_lanes(typingctx, target, at, source, start):
 @intrinsic
 def add_lanes(typingctx, target, at, source, start, count):
     """target[at : at + LANES] += source[start : start + LANES], of which ``count`` count."""
+    _must_be_columns(target, source)
 
     def add(context, builder, signature, arguments):
         to, at, source, start, count = arguments

@@ -72,7 +72,9 @@ class Term(Column):
     Args:
         formula: ``f(pair, i, j)``, a number, or a tuple for a vector term; ``pair`` is a
             `Pair`, and ``i`` and ``j`` have the columns named in ``reads``.  Plain Python
-            that numba compiles; the formula need not care about the core radius.
+            that numba compiles.  The formula need not care about the core radius: what it
+            gives agents further apart, or infinitely far, is dropped (a table that it looks
+            a distance up in must have an end for those).
         parity: "even", "odd" or "directed".
         reads: columns of either agent that the formula uses.  One that another term
             delivers puts this term in a later round of messages.

@@ -33,9 +33,8 @@ def gather(
     images, own_radii = bool(len(cells.image)), bool(len(cells.radius))
     in_blocks(
         _compile(tuple(terms), kernel, reads, images, own_radii), len(cells.number),
-        cells.start, cells.low, cells.high, row, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, cells.radius, table, cells.longest, cells.core_radius,
-        cells.core_radius / kernel.support, sums, least=200,
+        cells.runs, cells.entries, row, table, cells.longest, cells.core_radius, kernel.support,
+        sums, least=200,
     )  # fmt: skip
 
 
@@ -52,14 +51,14 @@ def _compile(
 
     @compiled
     def gather_sums(
-        first, last, start, low, high, row, image, x, y, shift_x, shift_y, radius, table,
-        longest, core_radius, smoothing_length, sums,
+        first, last, runs, entries, row, table, longest, core_radius, support, sums
     ):  # fmt: skip
+        start, low, high = runs
+        x, y, shift_x, shift_y, image, radius = entries
         near_x, near_y = np.empty(longest), np.empty(longest)
         over_x, over_y = np.empty(longest), np.empty(longest)
         near = np.empty((table.shape[0], longest))
         near_radius = np.empty(longest if own_radii else 0)
-        support = core_radius / smoothing_length
         for cell in range(first, last):
             # LpN: the runs of the surrounding sub-domains, one after the other.
             count = 0
@@ -96,9 +95,8 @@ def _compile(
                     near_radius[own] = near_radius[others]
                 for line in range(table.shape[0]):
                     near[line, own] = near[line, others]
-                h, reach = smoothing_length, core_radius
-                if own_radii:
-                    h, reach = radius[i] / support, radius[i]
+                reach = radius[i] if own_radii else core_radius
+                h = reach / support
                 me = read(table, i)
                 x_i, y_i = x[i], y[i]
                 total = add(zero, evaluate_own(make_pair(0.0, 0.0, h), me, me), True)

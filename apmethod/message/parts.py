@@ -40,8 +40,7 @@ class Parts(NamedTuple):
 
 def parts_of(cells: SortedCells) -> Parts:
     """The parts of a scattered round over all agents."""
-    runs = cells.start, cells.low, cells.high, cells.image
-    return Parts(*_divide(*runs, _LEAST, MOST, _COPIES))
+    return Parts(*_divide(cells.runs, cells.image, _LEAST, MOST, _COPIES))
 
 
 @inlined(arrays=True)
@@ -54,8 +53,9 @@ def _agents_before(image):
 
 
 @inlined(arrays=True)
-def _candidates(start, low, high, image):
+def _candidates(runs, image):
     """How many pairs are tested from each sub-domain on."""
+    start, low, high = runs
     agents = _agents_before(image)
     tested = np.zeros(len(start) - 1, np.int64)
     for cell in range(len(tested)):
@@ -71,22 +71,23 @@ def _candidates(start, low, high, image):
 
 
 @compiled
-def _divide(start, low, high, image, least, most, copies):
+def _divide(runs, image, least, most, copies):
     """As many parts as have ``least`` candidates each, and room for their tables."""
-    tested = _candidates(start, low, high, image)
+    tested = _candidates(runs, image)
     wanted = 1
     while wanted < most and wanted * least < tested.sum():
         wanted *= 2
     while True:
-        cell, begin, end, base = _divide_in(wanted, tested, start, high)
-        if wanted <= 2 or base[-1] <= copies * start[-1]:
+        cell, begin, end, base = _divide_in(wanted, tested, runs)
+        if wanted <= 2 or base[-1] <= copies * runs.start[-1]:
             return cell, begin, end, base
         wanted //= 2
 
 
 @inlined(arrays=True)
-def _divide_in(wanted, tested, start, high):
+def _divide_in(wanted, tested, runs):
     """So many parts, by how many pairs are tested from each sub-domain on."""
+    start, high = runs.start, runs.high
     cell, parts = np.zeros(wanted + 1, np.int64), 1
     before, share, candidates = 0, 1, tested.sum()
     for each in range(len(tested)):

@@ -84,6 +84,8 @@ class RoundPass:
         table = memory.empty((self._lines, len(row) + LANES))
         for line, component in enumerate(self._components()):
             in_blocks(take, len(row), row, component, table[line])
+        # Formulas run on whole vectors: what is behind the last agent must be an agent's, too.
+        table[:, len(row) :] = table[:, len(row) - 1 : len(row)] if len(row) else 0.0
         scene = (self.terms, self.kernel, self.reads, cells)
         if self.evaluation == "gathered":
             gather(*scene, row, table, sums)

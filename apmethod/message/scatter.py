@@ -59,8 +59,7 @@ def scatter(
     claimed = np.zeros(1, np.int64)
     sums = sums.T  # one layout for any number of parts, so that passes are compiled once
     in_blocks(
-        run, min(threads(), count), claimed, parts, row, cells.start, cells.low, cells.high,
-        cells.image, cells.x, cells.y, cells.shift_x, cells.shift_y, cells.radius, table,
+        run, min(threads(), count), claimed, parts, cells.runs, cells.entries, row, table,
         cells.core_radius, kernel.support, tables, sums, least=1,
     )  # fmt: skip
     if count > 1:
@@ -68,11 +67,12 @@ def scatter(
 
 
 @inlined
-def _run_behind(cell, run, start, low, high, image):
+def _run_behind(cell, run, runs, image):
     """Entries of a run from the sub-domain's own on."""
-    begin = max(low[cell, run], start[cell])
-    end = max(high[cell, run], begin)
-    if image.size and image[start[cell]]:  # agents come first: it has none, and images want none
+    begin = max(runs.low[cell, run], runs.start[cell])
+    end = max(runs.high[cell, run], begin)
+    # Agents come first in a sub-domain: this one has images only, which want no other images.
+    if image.size and image[runs.start[cell]]:
         while begin < end and image[begin]:
             begin += 1
         while begin < end and image[end - 1]:
@@ -99,16 +99,16 @@ def _compile(
     half = size + (1 if own_radii else 0)
 
     @inlined
-    def fill(block, count, at, length, x, y, shift_x, shift_y, radius, table):
+    def fill(block, count, at, length, entries, table):
         for k in range(0, length, LANES):
             here, there = at + k, count + k
-            copy_lanes(block[place], there, x, here)
-            copy_lanes(block[place + 1], there, y, here)
+            copy_lanes(block[place], there, entries.x, here)
+            copy_lanes(block[place + 1], there, entries.y, here)
             if images:
-                copy_lanes(block[shift], there, shift_x, here)
-                copy_lanes(block[shift + 1], there, shift_y, here)
+                copy_lanes(block[shift], there, entries.shift_x, here)
+                copy_lanes(block[shift + 1], there, entries.shift_y, here)
             if own_radii:
-                copy_lanes(block[size], there, radius, here)
+                copy_lanes(block[size], there, entries.radius, here)
             for line in range(lines):
                 copy_lanes(block[line], there, table[line], here)
             for part in range(width):
@@ -122,27 +122,28 @@ def _compile(
 
     @inlined
     def sum_cell(
-        cell, block, pieces, offset, start, low, high, image, x, y, shift_x, shift_y, radius,
-        table, core_radius, support, tables,
+        cell, block, pieces, offset, runs, entries, table, core_radius, support, tables
     ):  # fmt: skip
+        start, x, y, radius = runs.start, entries.x, entries.y, entries.radius
         # Its own run is the middle one, those before are south of it; or the first.
-        run, done = 0 if own_radii else low.shape[1] // 2, 0
+        count_of_runs, done = runs.low.shape[1], 0
+        run = 0 if own_radii else count_of_runs // 2
         reach, h = core_radius, core_radius / support
-        at, end = _run_behind(cell, run, start, low, high, image)
+        at, end = _run_behind(cell, run, runs, entries.image)
         with_own = at == start[cell]
-        while run < low.shape[1]:
+        while run < count_of_runs:
             count, filled = 0, 0
-            while run < low.shape[1] and count < _BLOCK:
+            while run < count_of_runs and count < _BLOCK:
                 length = min(end - at, _BLOCK - count)
-                fill(block, count, at, length, x, y, shift_x, shift_y, radius, table)
+                fill(block, count, at, length, entries, table)
                 pieces[filled, 0], pieces[filled, 1] = at, length
                 filled += 1
                 count += length
                 at += length
                 if at == end:
                     run += 1
-                    if run < low.shape[1]:
-                        at, end = _run_behind(cell, run, start, low, high, image)
+                    if run < count_of_runs:
+                        at, end = _run_behind(cell, run, runs, entries.image)
             if count == 0:
                 continue  # images with no agent behind
             fill_lanes(block[place], count, np.inf)  # nobody is near there
@@ -153,7 +154,9 @@ def _compile(
                 if done == 0:
                     total = add(zero, evaluate_own(make_pair(0.0, 0.0, h), me, me), True)
                 behind = max(i + 1 - start[cell] - done, 0) if with_own else 0
-                over_x, over_y = (shift_x[i], shift_y[i]) if images else (0.0, 0.0)
+                over_x, over_y = 0.0, 0.0
+                if images:
+                    over_x, over_y = entries.shift_x[i], entries.shift_y[i]
                 # As a function of its own this loop is not vectorised.
                 ahead, x_i, y_i = block[:, behind:], x[i], y[i]
                 for j in range((count - behind + LANES - 1) // LANES * LANES):
@@ -180,21 +183,22 @@ def _compile(
 
     @compiled
     def scatter_sums(
-        first, last, claimed, parts, row, start, low, high, image, x, y, shift_x, shift_y, radius,
-        table, core_radius, support, tables, sums,
+        first, last, claimed, parts, runs, entries, row, table, core_radius, support, tables, sums
     ):  # fmt: skip
         cell, begin, base = parts.cell, parts.begin, parts.base
         block = np.ones((half + width, _BLOCK + 2 * LANES))
-        pieces = np.empty((low.shape[1], 2), np.int64)
+        for line in range(lines):
+            block[line] = table[line, 0]  # formulas see no columns but agents'
+        pieces = np.empty((runs.low.shape[1], 2), np.int64)
         part = claim(claimed)
         while part < len(begin):
             tables[:, base[part] : base[part + 1]] = 0.0
             for each in range(cell[part], cell[part + 1]):
                 sum_cell(
-                    each, block, pieces, base[part] - begin[part], start, low, high, image, x, y,
-                    shift_x, shift_y, radius, table, core_radius, support, tables,
+                    each, block, pieces, base[part] - begin[part], runs, entries, table,
+                    core_radius, support, tables,
                 )  # fmt: skip
-            write_alone(part, row, image, parts, tables, sums)
+            write_alone(part, row, entries.image, parts, tables, sums)
             part = claim(claimed)
 
     return scatter_sums

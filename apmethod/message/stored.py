@@ -28,9 +28,8 @@ def sum_over_lists(
     in_blocks(
         _compile(tuple(terms), kernel, reads, bool(len(cells.image)), bool(len(cells.radius))),
         len(cells.row),
-        lists.start, lists.other, row, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, cells.radius, table, cells.core_radius, kernel.support, sums,
-        least=500,
+        lists.start, lists.other, cells.entries, row, table, cells.core_radius, kernel.support,
+        sums, least=500,
     )  # fmt: skip
 
 
@@ -47,9 +46,9 @@ def _compile(
 
     @compiled
     def stored_sums(
-        first, last, begin, other, row, image, x, y, shift_x, shift_y, radius, table,
-        core_radius, support, sums,
+        first, last, begin, other, entries, row, table, core_radius, support, sums
     ):  # fmt: skip
+        x, y, shift_x, shift_y, image, radius = entries
         for i in range(first, last):
             if periodic and image[i]:
                 continue

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,6 +34,25 @@ _DENSE = 16
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
 #: Sub-domains along one axis at the most, so that their numbers fit in 64 bits.
 _LONGEST = 2**31
+
+
+class SortedEntries(NamedTuple):
+    """Agents and their images in the order of their sub-domains, for passes; see `SortedCells`."""
+
+    x: np.ndarray
+    y: np.ndarray
+    shift_x: np.ndarray
+    shift_y: np.ndarray
+    image: np.ndarray
+    radius: np.ndarray
+
+
+class Runs(NamedTuple):
+    """The entries of each sub-domain, and the runs around it, for passes; see `SortedCells`."""
+
+    start: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -78,6 +98,16 @@ class SortedCells:
     high: np.ndarray
     radius: np.ndarray = field(default_factory=lambda: np.empty(0))
     searched: SortedCells | None = None
+
+    @cached_property
+    def entries(self) -> SortedEntries:
+        """What compiled passes read of the entries."""
+        return SortedEntries(self.x, self.y, self.shift_x, self.shift_y, self.image, self.radius)
+
+    @cached_property
+    def runs(self) -> Runs:
+        """Which entries a sub-domain has, and which may be neighbours of them."""
+        return Runs(self.start, self.low, self.high)
 
     @cached_property
     def longest(self) -> int:

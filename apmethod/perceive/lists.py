@@ -43,18 +43,14 @@ def neighbour_counts(cells: SortedCells) -> np.ndarray:
 
 
 def _searched(cells: SortedCells) -> tuple:
-    return (
-        cells.start, cells.low, cells.high, cells.image, cells.x, cells.y, cells.shift_x,
-        cells.shift_y, cells.radius, cells.core_radius, cells.longest,
-    )  # fmt: skip
+    return cells.runs, cells.entries, cells.core_radius, cells.longest
 
 
 @compiled
-def _find(
-    first, last, start, low, high, image, x, y, shift_x, shift_y, radius, core_radius,
-    longest, begin, other, count_only,
-):  # fmt: skip
+def _find(first, last, runs, entries, core_radius, longest, begin, other, count_only):
     """Count each agent's neighbours into ``begin``, one place on, or list them from there."""
+    start, low, high = runs
+    x, y, shift_x, shift_y, image, radius = entries
     near_x, near_y, apart_2 = np.empty(longest), np.empty(longest), np.empty(longest)
     over_x, over_y, near_radius = np.empty(longest), np.empty(longest), np.empty(longest)
     place, found = np.empty(longest, np.int32), np.empty(longest + 1, np.int32)

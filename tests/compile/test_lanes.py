@@ -1,8 +1,10 @@
 """Whole vectors do what slices of arrays do."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba.core.errors import TypingError
 
 from apmethod.compile import LANES, add_lanes, compiled, copy_lanes, fill_lanes, keep
 
@@ -47,3 +49,10 @@ def test_what_does_not_count_is_not_added_even_if_it_is_no_number():
     assert np.array_equal(target, [2.0] * 2 + [1.0] * (LANES - 2))
     assert kept(True, np.inf) == np.inf
     assert kept(False, np.nan) == 0.0
+
+
+@pytest.mark.parametrize("wrong", [np.zeros(32)[::2], np.zeros(16, int), np.zeros(16, "f4")])
+def test_what_does_not_lie_side_by_side_is_refused(wrong):
+    for target, source, what in ((wrong, np.zeros(16), 0), (np.zeros(16), wrong, 1)):
+        with pytest.raises(TypingError, match="contiguous column of floats"):
+            act(target, source, 0, 0, 1, 0.0, what)

@@ -5,14 +5,16 @@ import pytest
 
 from apmethod import (
     Bounded,
+    Column,
     Mirrored,
     Open,
     Periodic,
     brute_force_pairs,
     explain,
     set_threads,
+    term,
 )
-from apmethod.compile import threads
+from apmethod.compile import memory, threads
 from apmethod.message import parts
 from apmethod.message.passes import EVALUATIONS
 from apmethod.perceive.domain import Domain
@@ -67,6 +69,39 @@ def test_parts_that_reach_over_several_others_agree(domain, monkeypatch):
     for name in expected.particles.names:
         a, b = getattr(expected.particles, name), getattr(found.particles, name)
         assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
+
+
+class Kind(Curious):
+    """Is of one of two kinds."""
+
+    kind = Column()
+
+    @term("directed", reads=("kind",))
+    def liked(pair, i, j):
+        """It fails, as one would that looks a column up in a table."""
+        if j.kind > 1e6:
+            raise ValueError("there are not so many kinds")
+        return i.kind * j.kind * pair.w
+
+
+@pytest.mark.parametrize("domain", ["open", "periodic", "mirrored"])
+@pytest.mark.parametrize("evaluation", EVALUATIONS)
+def test_formulas_are_given_agents_only(evaluation, domain, monkeypatch):
+    def far_off(shape, dtype=float):
+        array = np.empty(shape, dtype)
+        if array.dtype == float:
+            array[...] = 1e9
+        return array
+
+    def liked():
+        model = build(203, agent_class=Kind, domain=DOMAINS[domain], evaluation=evaluation)
+        model.particles.assign("kind", np.arange(203) % 2)
+        model.step()
+        return model.particles.liked
+
+    expected = liked()
+    monkeypatch.setattr(memory, "empty", far_off)
+    assert np.array_equal(liked(), expected)
 
 
 @pytest.mark.parametrize("evaluation", EVALUATIONS)

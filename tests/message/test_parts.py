@@ -18,7 +18,7 @@ DOMAINS = {"open": Open(), "periodic": Periodic(*UNIT), "mirrored": Mirrored(*UN
 @pytest.mark.parametrize("domain", list(DOMAINS))
 def test_parts_cover_all_sub_domains_and_reach_as_far_as_their_runs(domain, least):
     cells = build(300, agent_class=Curious, domain=DOMAINS[domain], level=1).space.cells
-    runs = cells.start, cells.low, cells.high, cells.image
+    runs = cells.runs, cells.image
     cell, begin, end, base = parts._divide(*runs, least, 8, np.inf)
     assert [cell[0], cell[-1]] == [0, len(cells.number)]
     assert (np.diff(cell) > 0).all()
