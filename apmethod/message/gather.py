@@ -53,7 +53,7 @@ def _compile(
     def gather_sums(
         first, last, runs, entries, row, table, longest, core_radius, support, sums
     ):  # fmt: skip
-        start, low, high = runs
+        start, low, high = runs.start, runs.low, runs.high
         x, y, shift_x, shift_y, image, radius = entries
         near_x, near_y = np.empty(longest), np.empty(longest)
         over_x, over_y = np.empty(longest), np.empty(longest)
@@ -63,10 +63,10 @@ def _compile(
             # LpN: the runs of the surrounding sub-domains, one after the other.
             count = 0
             mine = 0
-            for run in range(low.shape[1]):
-                begin = low[cell, run]
-                length = high[cell, run] - begin
-                if begin <= start[cell] and start[cell] < high[cell, run]:
+            for run in range(runs.first[cell], runs.first[cell + 1]):
+                begin = low[run]
+                length = high[run] - begin
+                if begin <= start[cell] and start[cell] < high[run]:
                     mine = count + start[cell] - begin
                 for k in range(length):
                     near_x[count + k] = x[begin + k]

@@ -55,13 +55,12 @@ def _agents_before(image):
 @inlined(arrays=True)
 def _candidates(runs, image):
     """How many pairs are tested from each sub-domain on."""
-    start, low, high = runs
-    agents = _agents_before(image)
+    start, agents = runs.start, _agents_before(image)
     tested = np.zeros(len(start) - 1, np.int64)
     for cell in range(len(tested)):
         ahead = 0
-        for run in range(low.shape[1]):
-            first, last = max(low[cell, run], start[cell]), high[cell, run]
+        for run in range(runs.first[cell], runs.first[cell + 1]):
+            first, last = max(runs.low[run], start[cell]), runs.high[run]
             if first < last:
                 if len(image) and image[start[cell]] != REAL:  # images look at agents only
                     first, last = agents[first], agents[last]
@@ -87,7 +86,6 @@ def _divide(runs, image, least, most, copies):
 @inlined(arrays=True)
 def _divide_in(wanted, tested, runs):
     """So many parts, by how many pairs are tested from each sub-domain on."""
-    start, high = runs.start, runs.high
     cell, parts = np.zeros(wanted + 1, np.int64), 1
     before, share, candidates = 0, 1, tested.sum()
     for each in range(len(tested)):
@@ -100,10 +98,9 @@ def _divide_in(wanted, tested, runs):
     begin, end = np.empty(parts, np.int64), np.empty(parts, np.int64)
     base, last = np.zeros(parts + 1, np.int64), 0
     for part in range(parts):
-        for each in range(cell[part], cell[part + 1]):
-            for run in range(high.shape[1]):
-                last = max(last, high[each, run])
-        begin[part], end[part] = start[cell[part]], last
+        for run in range(runs.first[cell[part]], runs.first[cell[part + 1]]):
+            last = max(last, runs.high[run])
+        begin[part], end[part] = runs.start[cell[part]], last
         base[part + 1] = base[part] + last - begin[part] + LANES
     return cell[: parts + 1], begin, end, base
 

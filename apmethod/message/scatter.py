@@ -68,9 +68,9 @@ def scatter(
 
 @inlined
 def _run_behind(cell, run, runs, image):
-    """Entries of a run from the sub-domain's own on."""
-    begin = max(runs.low[cell, run], runs.start[cell])
-    end = max(runs.high[cell, run], begin)
+    """Entries of a run around a sub-domain, from its own ones on."""
+    begin = max(runs.low[run], runs.start[cell])
+    end = max(runs.high[run], begin)
     # Agents come first in a sub-domain: this one has images only, which want no other images.
     if image.size and image[runs.start[cell]]:
         while begin < end and image[begin]:
@@ -126,26 +126,28 @@ def _compile(
     ):  # fmt: skip
         start, x, y, radius = runs.start, entries.x, entries.y, entries.radius
         # Its own run is the middle one, those before are south of it; or the first.
-        count_of_runs, done = runs.low.shape[1], 0
-        run = 0 if own_radii else count_of_runs // 2
+        run, last, done = runs.first[cell], runs.first[cell + 1], 0
+        if not own_radii:
+            run = (run + last) // 2
         reach, h = core_radius, core_radius / support
         at, end = _run_behind(cell, run, runs, entries.image)
         with_own = at == start[cell]
-        while run < count_of_runs:
+        while run < last:
             count, filled = 0, 0
-            while run < count_of_runs and count < _BLOCK:
+            while run < last and count < _BLOCK:
                 length = min(end - at, _BLOCK - count)
-                fill(block, count, at, length, entries, table)
-                pieces[filled, 0], pieces[filled, 1] = at, length
-                filled += 1
+                if length:
+                    fill(block, count, at, length, entries, table)
+                    pieces[filled, 0], pieces[filled, 1] = at, length
+                    filled += 1
                 count += length
                 at += length
                 if at == end:
                     run += 1
-                    if run < count_of_runs:
+                    if run < last:
                         at, end = _run_behind(cell, run, runs, entries.image)
             if count == 0:
-                continue  # images with no agent behind
+                continue  # nobody behind
             fill_lanes(block[place], count, np.inf)  # nobody is near there
             for i in range(start[cell], start[cell + 1]):
                 me, total = read(table, i), zero
@@ -189,7 +191,7 @@ def _compile(
         block = np.ones((half + width, _BLOCK + 2 * LANES))
         for line in range(lines):
             block[line] = table[line, 0]  # formulas see no columns but agents'
-        pieces = np.empty((runs.low.shape[1], 2), np.int64)
+        pieces = np.empty((_BLOCK, 2), np.int64)
         part = claim(claimed)
         while part < len(begin):
             tables[:, base[part] : base[part + 1]] = 0.0

@@ -51,14 +51,14 @@ def places_of_own(order, begin, end, start):
 
 def _runs_in_line(cells: SortedCells, chosen: np.ndarray) -> Slices:
     """The runs around each one after the other: several lattices have no common lines."""
-    length = (cells.high - cells.low).ravel()
+    length = cells.high - cells.low
     after = np.cumsum(length)
-    order = np.arange(length.sum()) + np.repeat(cells.low.ravel() - (after - length), length)
+    order = np.arange(length.sum()) + np.repeat(cells.low - (after - length), length)
     place = np.full(len(cells.row), -1)
     place[chosen] = np.arange(len(chosen))
     order = place[order]
     kept = order >= 0
-    ends = np.append(0, after)[:: cells.low.shape[1]]
+    ends = np.append(0, after)[cells.first]
     ends = np.append(0, np.cumsum(kept))[ends]
     return order[kept], ends[:-1], ends[1:]
 

@@ -23,7 +23,7 @@ from apmethod.perceive.sorting import (
     corners,
     counting_sort,
     in_order,
-    longest_run,
+    lengths_of_runs,
     occupied,
     runs_around,
 )
@@ -51,6 +51,7 @@ class Runs(NamedTuple):
     """The entries of each sub-domain, and the runs around it, for passes; see `SortedCells`."""
 
     start: np.ndarray
+    first: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
@@ -73,8 +74,12 @@ class SortedCells:
             there is memory for `LANES` more, so that they can be read in whole vectors.
         number: of each occupied sub-domain, ascending, (cells,).
         start: where each occupied sub-domain begins in the sorted arrays, (cells + 1,).
-        low, high: for each occupied sub-domain and row of its surrounding square, where
-            the run of potential neighbours begins and ends, (cells, 2*2^p + 1).
+        first: where the runs around each occupied sub-domain begin, and those of the last one
+            end, in the following, (cells + 1,).
+        low, high: where each run of potential neighbours begins and ends in the sorted arrays,
+            (runs,).  A sub-domain has 2*2^p + 1 of them, the rows of its surrounding square, its
+            own row in the middle; where agents have radii of their own as many as they need, the
+            first of which it lies in itself.
         radius: core radius of each entry where agents have their own, as `sort_by_radius`
             sorts them; else empty.
         searched: the cells that neighbours are to be listed from, where those reach further
@@ -94,6 +99,7 @@ class SortedCells:
     shift_y: np.ndarray
     number: np.ndarray
     start: np.ndarray
+    first: np.ndarray
     low: np.ndarray
     high: np.ndarray
     radius: np.ndarray = field(default_factory=lambda: np.empty(0))
@@ -107,12 +113,17 @@ class SortedCells:
     @cached_property
     def runs(self) -> Runs:
         """Which entries a sub-domain has, and which may be neighbours of them."""
-        return Runs(self.start, self.low, self.high)
+        return Runs(self.start, self.first, self.low, self.high)
 
     @cached_property
     def longest(self) -> int:
         """The largest number of potential neighbours that any sub-domain has."""
-        return longest_run(self.low, self.high)
+        return int(self.potential.max(initial=0))
+
+    @cached_property
+    def potential(self) -> np.ndarray:
+        """How many potential neighbours each sub-domain has, (cells,)."""
+        return lengths_of_runs(self.first, self.low, self.high)
 
     def around(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """low and high for any points, of shape (n, 2): the runs of agents near each."""
@@ -137,7 +148,7 @@ class SortedCells:
         own = np.diff(self.start)
         if len(self.image):
             own = np.add.reduceat(self.image == REAL, self.start[:-1], dtype=np.int64)
-        return int((own * (self.high - self.low).sum(axis=1)).sum())
+        return int((own * self.potential).sum())
 
 
 def sort_into_cells(
@@ -169,8 +180,9 @@ def sort_into_cells(
         grid=grid,
         number=number,
         start=start,
-        low=low,
-        high=high,
+        first=low.shape[1] * np.arange(len(number) + 1),
+        low=low.ravel(),
+        high=high.ravel(),
         **in_order(order, positions, entries),
     )
 

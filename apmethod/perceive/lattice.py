@@ -168,7 +168,7 @@ class QuadLattice(MesaSpace):
 
     def _crowd_warning(self) -> str:
         cells = self._cells
-        crowd = int(np.argmax((cells.high - cells.low).sum(axis=1)))
+        crowd = int(np.argmax(cells.potential))
         agent = self.particles._agents[cells.row[cells.start[crowd]]]
         return (
             f"around {agent!r} an agent tests {cells.longest} others for being nearer than the "
@@ -322,8 +322,8 @@ class QuadLattice(MesaSpace):
             return []
         (x, y), place = self.place_of(agent), self._seen.cell[self.particles.row(agent)]
         found = []
-        for begin, end in zip(cells.low[place], cells.high[place], strict=True):
-            for k in range(begin, end):
+        for run in range(cells.first[place], cells.first[place + 1]):
+            for k in range(cells.low[run], cells.high[run]):
                 if cells.image[k] == MIRROR:
                     other = agents[cells.row[k]]
                     reach = self.radius_between(agent, other)

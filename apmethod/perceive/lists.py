@@ -17,8 +17,7 @@ class NeighbourLists:
 
     Attributes:
         start: the neighbours of entry k are other[start[k]:start[k + 1]]; an image has none.
-        other: places of the neighbours, ascending for each agent; mirror images are among
-            them.
+        other: places of the neighbours, run by run; mirror images are among them.
     """
 
     start: np.ndarray
@@ -49,7 +48,7 @@ def _searched(cells: SortedCells) -> tuple:
 @compiled
 def _find(first, last, runs, entries, core_radius, longest, begin, other, count_only):
     """Count each agent's neighbours into ``begin``, one place on, or list them from there."""
-    start, low, high = runs
+    start, low, high = runs.start, runs.low, runs.high
     x, y, shift_x, shift_y, image, radius = entries
     near_x, near_y, apart_2 = np.empty(longest), np.empty(longest), np.empty(longest)
     over_x, over_y, near_radius = np.empty(longest), np.empty(longest), np.empty(longest)
@@ -58,8 +57,8 @@ def _find(first, last, runs, entries, core_radius, longest, begin, other, count_
     for cell in range(first, last):
         # LpN: the runs of the surrounding sub-domains, one after the other.
         count = 0
-        for run in range(low.shape[1]):
-            for j in range(low[cell, run], high[cell, run]):
+        for run in range(runs.first[cell], runs.first[cell + 1]):
+            for j in range(low[run], high[run]):
                 near_x[count], near_y[count], place[count] = x[j], y[j], j
                 if image.size:
                     over_x[count], over_y[count] = shift_x[j], shift_y[j]

@@ -89,15 +89,15 @@ def corners(places):
 
 
 @compiled
-def longest_run(low, high):
-    """The largest number of entries in the runs around one sub-domain."""
-    longest = 0
-    for cell in range(low.shape[0]):
-        count = 0
-        for run in range(low.shape[1]):
-            count += high[cell, run] - low[cell, run]
-        longest = max(longest, count)
-    return longest
+def lengths_of_runs(first, low, high):
+    """How many entries there are in the runs around each sub-domain."""
+    lengths = np.empty(len(first) - 1, np.int64)
+    for cell in range(len(lengths)):
+        entries = 0
+        for run in range(first[cell], first[cell + 1]):
+            entries += high[run] - low[run]
+        lengths[cell] = entries
+    return lengths
 
 
 @compiled

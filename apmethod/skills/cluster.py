@@ -77,10 +77,7 @@ def search(positions: np.ndarray, radius: float, domain: Domain) -> SortedCells:
 
 def clusters_in(cells: SortedCells, count: int, radius: float, least: int) -> np.ndarray:
     """`clusters` of ``count`` agents sorted into cells whose search radius is above ``radius``."""
-    around = (
-        cells.start, cells.low, cells.high, cells.row, cells.image, cells.x, cells.y,
-        cells.shift_x, cells.shift_y, radius * radius,
-    )  # fmt: skip
+    around = cells.runs, cells.entries, cells.row, radius * radius
     core = np.zeros(count, np.bool_)
     in_blocks(_find_cores, len(cells.number), *around, least, core, least=500)
     first = np.arange(count)
@@ -92,47 +89,49 @@ def clusters_in(cells: SortedCells, count: int, radius: float, least: int) -> np
 
 
 @inlined
-def _apart_2(i, j, x, y, image, shift_x, shift_y):
+def _apart_2(i, j, entries):
     """Squared distance from entry i to entry j, which may be an image."""
-    if image.size:
-        return distance_2((x[i] - x[j]) - shift_x[j], (y[i] - y[j]) - shift_y[j])
-    return distance_2(x[i] - x[j], y[i] - y[j])
+    x, y = entries.x, entries.y
+    dx, dy = x[i] - x[j], y[i] - y[j]
+    if entries.image.size:
+        dx, dy = dx - entries.shift_x[j], dy - entries.shift_y[j]
+    return distance_2(dx, dy)
 
 
 @compiled
-def _find_cores(
-    begin, end, start, low, high, row, image, x, y, shift_x, shift_y, radius_2, least, core
-):
+def _find_cores(begin, end, runs, entries, row, radius_2, least, core):
     """Mark agents with enough others near them; who has enough is not counted on."""
+    start, image = runs.start, entries.image
     for cell in range(begin, end):
         for i in range(start[cell], start[cell + 1]):
             if image.size and image[i]:
                 continue
             near = 0
-            for run in range(low.shape[1]):
-                for j in range(low[cell, run], high[cell, run]):
-                    near += 1 if _apart_2(i, j, x, y, image, shift_x, shift_y) <= radius_2 else 0
+            for run in range(runs.first[cell], runs.first[cell + 1]):
+                for j in range(runs.low[run], runs.high[run]):
+                    near += 1 if _apart_2(i, j, entries) <= radius_2 else 0
                 if near >= least:
                     break
             core[row[i]] = near >= least
 
 
 @compiled
-def _join(start, low, high, row, image, x, y, shift_x, shift_y, radius_2, core, first):
+def _join(runs, entries, row, radius_2, core, first):
     """Union-find over core agents: ``first`` leads from each to the first of its cluster."""
+    start, image = runs.start, entries.image
     for cell in range(start.size - 1):
         for i in range(start[cell], start[cell + 1]):
             me = row[i]
             if not core[me] or (image.size and image[i]):
                 continue
             a = _end(first, me)
-            for run in range(low.shape[1]):
-                for j in range(low[cell, run], high[cell, run]):
+            for run in range(runs.first[cell], runs.first[cell + 1]):
+                for j in range(runs.low[run], runs.high[run]):
                     # Each pair once, from its end that is the later one in the table; most
                     # are of one cluster already, which is quicker to see than their distance.
                     if row[j] >= me or first[row[j]] == a or not core[row[j]]:
                         continue
-                    if _apart_2(i, j, x, y, image, shift_x, shift_y) <= radius_2:
+                    if _apart_2(i, j, entries) <= radius_2:
                         b = _end(first, row[j])
                         a, b = min(a, b), max(a, b)
                         first[b] = a
@@ -163,21 +162,20 @@ def _number(core, first, label):
 
 
 @compiled
-def _join_border(
-    begin, end, start, low, high, row, image, x, y, shift_x, shift_y, radius_2, core, first, label
-):
+def _join_border(begin, end, runs, entries, row, radius_2, core, first, label):
     """Give agents that are not core agents the first cluster that they are near to."""
+    start, image = runs.start, entries.image
     for cell in range(begin, end):
         for i in range(start[cell], start[cell + 1]):
             if core[row[i]] or (image.size and image[i]):
                 continue
             found = first.size
-            for run in range(low.shape[1]):
-                for j in range(low[cell, run], high[cell, run]):
+            for run in range(runs.first[cell], runs.first[cell + 1]):
+                for j in range(runs.low[run], runs.high[run]):
                     if (
                         core[row[j]]
                         and first[row[j]] < found
-                        and _apart_2(i, j, x, y, image, shift_x, shift_y) <= radius_2
+                        and _apart_2(i, j, entries) <= radius_2
                     ):
                         found = first[row[j]]
             if found < first.size:

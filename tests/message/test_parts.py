@@ -25,7 +25,8 @@ def test_parts_cover_all_sub_domains_and_reach_as_far_as_their_runs(domain, leas
     assert (5 if least == 1 else 1) <= len(begin) <= 8
     for part, (first, last) in enumerate(pairwise(cell)):
         assert begin[part] == cells.start[first]
-        assert end[part] >= max(cells.high[first:last].max(), cells.start[last])
+        runs_of_part = slice(cells.first[first], cells.first[last])
+        assert end[part] >= max(cells.high[runs_of_part].max(), cells.start[last])
     assert np.array_equal(np.diff(base), end - begin + LANES)  # whole vectors end behind them
     for copies in (1.0, 2.5):
         less = parts._divide(*runs, least, 8, copies)[-1]

@@ -20,8 +20,8 @@ def check(cells, kind):
     order, begin, end = slices_around(cells, chosen)
     assert len(begin) == len(end) == len(cells.number)
     for k in range(len(cells.number)):
-        runs = zip(cells.low[k], cells.high[k], strict=True)
-        around = np.concatenate([np.arange(low, high) for low, high in runs])
+        runs = range(cells.first[k], cells.first[k + 1])
+        around = np.concatenate([np.arange(cells.low[run], cells.high[run]) for run in runs])
         found = chosen[order[begin[k] : end[k]]]
         assert sorted(found) == sorted(around[np.isin(around, chosen)])
     start = np.searchsorted(chosen, cells.start)

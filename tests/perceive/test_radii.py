@@ -21,6 +21,7 @@ from apmethod import (
 )
 from apmethod.compile import threads
 from apmethod.message import parts
+from apmethod.perceive.cells import grid_of
 from apmethod.perceive.pairs import neighbour_pairs
 from apmethod.perceive.radii import sort_by_radius
 from samples import Curious, build, column_by_id
@@ -115,6 +116,21 @@ def test_agents_far_out_take_no_memory_for_the_space_between():
         tracemalloc.stop()
         assert most < 2**22
         assert np.array_equal(neighbour_pairs(cells), all_pairs(positions, radii, Open()))
+
+
+@pytest.mark.parametrize("far", [1e9, 1e14, 1e15])
+def test_far_out_agents_around_a_corner_of_a_sub_domain_are_found(far):
+    # Numbers of sub-domains are rounded there by more than agents are apart.
+    for seed in range(40):
+        draw = np.random.default_rng(seed)
+        reach = far * draw.uniform(1e-12, 1e-8)
+        side, grid = grid_of((2.0 * far, 2.0 * far), reach, 0)
+        corner = -far + side * draw.integers(1, grid[0], 2)
+        positions = corner + reach * draw.uniform(-1.0, 1.0, (40, 2))
+        positions = np.vstack([positions, [[-far, -far], [far, far]]])
+        radii = np.append(reach * 10.0 ** -draw.uniform(0.0, 1.0, 40), [reach, reach])
+        found = neighbour_pairs(sort_by_radius(positions, radii, 0, Open()))
+        assert np.array_equal(found, all_pairs(positions, radii, Open()))
 
 
 def test_agents_in_python_live_beside_compiled_ones():

@@ -102,7 +102,8 @@ def sights_of(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> Sight
         kept &= cells.image[entry] == REAL
     entry, cell = entry[kept], cell[kept]
     points = _entries(cells, entry)
-    return _look(obstacles, cells, domain, entry, points, entry, cells.low[cell], cells.high[cell])
+    runs = (each.reshape(len(cells.number), -1)[cell] for each in (cells.low, cells.high))
+    return _look(obstacles, cells, domain, entry, points, entry, *runs)
 
 
 def _all_clear(obstacles: Obstacles, cells: SortedCells, domain: Domain) -> bool:
