@@ -13,6 +13,9 @@ from threading import Lock
 from apmethod.checks import whole_number
 from apmethod.compile.worker import Job, Worker
 
+#: Agents in a block of a pass that does little with each, below which another thread does not
+#: pay (measured).
+WORTH = 7_000
 _threads: int | None = None
 _workers: list[Worker] = []
 #: Held by the thread whose pass the workers take part in.
@@ -38,7 +41,7 @@ def set_threads(count: int) -> None:
     _threads = whole_number("threads", count, least=1)
 
 
-def in_blocks(run: Callable, count: int, *arguments, least: int = 7_000) -> None:
+def in_blocks(run: Callable, count: int, *arguments, least: int = WORTH) -> None:
     """Call ``run(first, last, *arguments)`` so that the blocks cover ``range(count)``.
 
     Below ``least`` items a block, another thread does not pay.

@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from apmethod.compile import LANES, compiled, in_blocks, memory, threads
+from apmethod.compile import LANES, WORTH, compiled, in_blocks, memory, threads
 from apmethod.perceive.images import Entries
 
-#: Agents a block at least; below, a second thread does not pay.
-_BLOCK = 7_000
 #: Coordinates that are compared side by side, x and y in turn.
 _WIDE = 256
 
@@ -27,7 +25,7 @@ def counting_sort(
         order, of shape (n,): sub-domain k holds order[begin[k]:begin[k + 1]];
         begin, of shape (sub-domains + 1,).
     """
-    blocks = max(1, min(threads(), len(places) // _BLOCK))
+    blocks = max(1, min(threads(), len(places) // WORTH))
     edges = np.array([len(places) * block // blocks for block in range(blocks + 1)])
     number = memory.empty(len(places), np.int64)
     tally = memory.zeros((blocks, grid[0] * grid[1]), np.int64)

@@ -69,7 +69,7 @@ def _radii(rows: list[dict[str, Any]]) -> Table:
         )
         for row in rows
     ]
-    head = ("scene", "neighbours", "candidates", "ms", "ns a neighbour", "times the first")
+    head = ("scene", "neighbours", "candidates, both ends", "ms", "ns a neighbour", "times first")
     return f"core radii of agents' own, {rows[0]['agents']} agents", head, cells
 
 

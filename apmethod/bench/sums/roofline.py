@@ -47,8 +47,8 @@ def _arithmetic():
     make_pair = pair_maker(KERNELS["cubic"])
 
     @compiled
-    def arithmetic(first, last, places, core_radius, sums):
-        h, mass = 0.5 * core_radius, 1.0
+    def arithmetic(first, last, places, core_radius, mass, sums):
+        h = 0.5 * core_radius
         block = np.zeros((6, _LENGTH))  # x, y, mass, and what the candidates get
         block[:3] = places
         for i in range(first, last):
@@ -74,7 +74,7 @@ def arithmetic_ceiling() -> float:
     """Candidates a second, each for both ends, that the formulas alone allow on one thread."""
     places = np.random.default_rng(0).random((3, _LENGTH))
     sums = np.empty((_AGENTS, 3))
-    run = partial(_arithmetic(), 0, _AGENTS, places, 0.5, sums)
+    run = partial(_arithmetic(), 0, _AGENTS, places, 0.5, 1.0, sums)
     return _AGENTS * _LENGTH / _shortest(run)
 
 
