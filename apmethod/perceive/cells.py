@@ -23,7 +23,7 @@ from apmethod.perceive.sorting import (
     corners,
     counting_sort,
     in_order,
-    lengths_of_runs,
+    longest_of,
     occupied,
     runs_around,
 )
@@ -105,12 +105,12 @@ class SortedCells:
     radius: np.ndarray = field(default_factory=lambda: np.empty(0))
     searched: SortedCells | None = None
 
-    @cached_property
+    @property
     def entries(self) -> SortedEntries:
         """What compiled passes read of the entries."""
         return SortedEntries(self.x, self.y, self.shift_x, self.shift_y, self.image, self.radius)
 
-    @cached_property
+    @property
     def runs(self) -> Runs:
         """Which entries a sub-domain has, and which may be neighbours of them."""
         return Runs(self.start, self.first, self.low, self.high)
@@ -118,12 +118,13 @@ class SortedCells:
     @cached_property
     def longest(self) -> int:
         """The largest number of potential neighbours that any sub-domain has."""
-        return int(self.potential.max(initial=0))
+        return longest_of(self.first, self.low, self.high)
 
-    @cached_property
+    @property
     def potential(self) -> np.ndarray:
         """How many potential neighbours each sub-domain has, (cells,)."""
-        return lengths_of_runs(self.first, self.low, self.high)
+        lengths = self.high - self.low
+        return np.add.reduceat(lengths, self.first[:-1]) if len(lengths) else lengths
 
     def around(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """low and high for any points, of shape (n, 2): the runs of agents near each."""
@@ -180,7 +181,7 @@ def sort_into_cells(
         grid=grid,
         number=number,
         start=start,
-        first=low.shape[1] * np.arange(len(number) + 1),
+        first=np.arange(0, low.size + 1, low.shape[1]),
         low=low.ravel(),
         high=high.ravel(),
         **in_order(order, positions, entries),

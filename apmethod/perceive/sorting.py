@@ -87,15 +87,15 @@ def corners(places):
 
 
 @compiled
-def lengths_of_runs(first, low, high):
-    """How many entries there are in the runs around each sub-domain."""
-    lengths = np.empty(len(first) - 1, np.int64)
-    for cell in range(len(lengths)):
+def longest_of(first, low, high):
+    """The largest number of entries in the runs around one sub-domain."""
+    longest = 0
+    for cell in range(len(first) - 1):
         entries = 0
         for run in range(first[cell], first[cell + 1]):
             entries += high[run] - low[run]
-        lengths[cell] = entries
-    return lengths
+        longest = max(longest, entries)
+    return longest
 
 
 @compiled
