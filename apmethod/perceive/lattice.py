@@ -257,8 +257,7 @@ class QuadLattice(MesaSpace):
 
     def place_of(self, agent: AgentParticle) -> tuple[float, float]:
         """Where the agent stood when the agents last perceived."""
-        vicinity, row = self._seen, self.particles.row(agent)
-        return vicinity.x[row], vicinity.y[row]
+        return self._seen.of_row[self.particles.row(agent)][:2]
 
     @property
     def _seen(self) -> Vicinity:
@@ -281,16 +280,15 @@ class QuadLattice(MesaSpace):
 
     def neighbours_of(self, agent: AgentParticle) -> list[AgentParticle]:
         """The agents within the core radius (algorithms A1 and A2 of paper 2.4.2), in sight."""
-        vicinity, row = self._seen, self.particles.row(agent)
-        x, y, cell = vicinity.x[row], vicinity.y[row], vicinity.cell[row]
+        vicinity = self._seen
+        x, y, begin, end, own, first, last = vicinity.of_row[self.particles.row(agent)]
         radius_2 = self._cells.core_radius * self._cells.core_radius
         neighbours = []
-        potential = vicinity.potential[vicinity.begin[cell] : vicinity.end[cell]]
-        del potential[vicinity.own[row]]  # to ask each one whether it is the agent takes longer
+        potential = vicinity.potential[begin:end]
+        del potential[own]  # to ask each one whether it is the agent takes longer
         for other, other_x, other_y in potential:
             if distance_2(x - other_x, y - other_y) < radius_2:
                 neighbours.append(other)
-        first, last = vicinity.first[cell], vicinity.last[cell]
         if first < last:
             for other, other_x, other_y, shift_x, shift_y in vicinity.images[first:last]:
                 if distance_2((x - other_x) - shift_x, (y - other_y) - shift_y) < radius_2:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from apmethod.perceive.bands import Slices, places_of_own, slices_around
+from apmethod.perceive.bands import places_of_own, slices_around
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.images import REAL, WRAPPED
 
@@ -23,13 +23,11 @@ class Vicinity:
     spares.
 
     Attributes:
-        x, y: by row of the table, where the agent stood.
-        cell: by row, which of the occupied sub-domains the agent is in.
         potential: (agent, x, y) of agents, each as often as there are bands that it is in.
-        begin, end: by sub-domain, its slice of ``potential``.
-        own: by row, the agent's own place in that slice.
         images: (agent, x, y, shift_x, shift_y) of images across periodic sides, alike.
-        first, last: by sub-domain, its slice of ``images``.
+        of_row: by row of the table (x, y, begin, end, own, first, last): where the agent stood,
+            its slice of ``potential``, its own place in that slice, its slice of ``images``.
+        cell: by row, which of the occupied sub-domains the agent is in.
     """
 
     def __init__(self, cells: SortedCells, agents: Sequence[AgentParticle]):
@@ -39,26 +37,26 @@ class Vicinity:
         around = slices_around(cells, real)
         start = np.searchsorted(real, cells.start)
         own = places_of_own(*around, start)
-        self.potential, self.begin, self.end = self._listed(real, around, cells.x, cells.y)
+        self.potential = self._listed(real, around[0], cells.x, cells.y)
         # A mirror image is nobody that an agent perceives.
         wrapped = cells.of_kind(WRAPPED)
+        beyond = slices_around(cells, wrapped)
         shifted = cells.x, cells.y, cells.shift_x, cells.shift_y
-        self.images, self.first, self.last = self._listed(
-            wrapped, slices_around(cells, wrapped), *shifted
-        )
+        self.images = self._listed(wrapped, beyond[0], *shifted)
         by_row = np.empty(len(real), np.int64)
         by_row[cells.row[real]] = np.arange(len(real))
-        cell = np.repeat(np.arange(len(cells.number)), np.diff(start))
-        # Lists of numbers, which Python's collector of garbage has not to look through.
-        self.x, self.y = cells.x[real][by_row].tolist(), cells.y[real][by_row].tolist()
-        self.cell, self.own = cell[by_row].tolist(), own[by_row].tolist()
+        cell = np.repeat(np.arange(len(cells.number)), np.diff(start))[by_row]
+        place, (_, begin, end), (_, first, last) = real[by_row], around, beyond
+        columns = (
+            cells.x[place], cells.y[place], begin[cell], end[cell], own[by_row], first[cell],
+            last[cell],
+        )  # fmt: skip
+        self.of_row = list(zip(*(column.tolist() for column in columns), strict=True))
+        self.cell = cell.tolist()
 
-    def _listed(
-        self, chosen: np.ndarray, around: Slices, *columns: np.ndarray
-    ) -> tuple[list[tuple], list[int], list[int]]:
-        """Entries as tuples, and where the slice around each sub-domain begins and ends."""
-        order, begin, end = around
+    def _listed(self, chosen: np.ndarray, order: np.ndarray, *columns: np.ndarray) -> list[tuple]:
+        """Entries as tuples, in an order of places in ``chosen``."""
         agents = map(self._agents.__getitem__, self._cells.row[chosen].tolist())
         parts = (column[chosen].tolist() for column in columns)
         entries = np.fromiter(zip(agents, *parts, strict=True), object, len(chosen))
-        return entries[order].tolist(), begin.tolist(), end.tolist()
+        return entries[order].tolist()
