@@ -80,7 +80,7 @@ class Worker(Thread):
         number = int(self._numbers[_ASKED]) + 1
         self._asked = number, job
         self._numbers[_ASKED] = number
-        if self._asleep:
+        if self._asleep and self._wake.empty():  # once, however often it is asked meanwhile
             self._wake.put(None)
 
     def wait(self) -> BaseException | None:

@@ -60,6 +60,11 @@ def test_nobody_waits_for_a_worker_that_does_not_come():
     job.take_part()
     assert worker.wait() is None  # it would take for ever
     assert calls == [0, 1]
+    worker._asleep = True  # as one that does not come is for long
+    for _ in range(5):
+        worker.ask(job)
+    assert worker._wake.qsize() == 1
+    worker._asleep = False
     called.set()
     assert helps(worker)
 
