@@ -16,12 +16,12 @@ def read_now(typingctx, numbers, place):
 
 
 @intrinsic
-def claim(typingctx, numbers):
-    """numbers[0], which grows by one: no two threads get the same."""
+def claim(typingctx, numbers, place):
+    """numbers[place], which grows by one: no two threads get the same."""
 
     def add(context, builder, signature, arguments):
         array = context.make_array(signature.args[0])(context, builder, arguments[0])
         one = context.get_constant(types.int64, 1)
-        return builder.atomic_rmw("add", array.data, one, "monotonic")
+        return builder.atomic_rmw("add", builder.gep(array.data, [arguments[1]]), one, "monotonic")
 
-    return types.int64(numbers), add
+    return types.int64(numbers, types.intp), add

@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from apmethod.compile import LANES, compiled, inlined
+from apmethod.compile import LANES, claim, compiled, inlined
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.images import REAL
 
+#: Numbers in what one processor takes away from another when it writes to them.
+APART = 16
 #: Candidates in a part, below which another thread does not pay: some 0.2 ms of work.
 _LEAST = 80_000
 #: Parts at the most, a power of two: enough to keep threads equally busy, few enough that
@@ -41,6 +43,27 @@ class Parts(NamedTuple):
 def parts_of(cells: SortedCells) -> Parts:
     """The parts of a scattered round over all agents."""
     return Parts(*_divide(cells.runs, cells.image, _LEAST, MOST, _COPIES))
+
+
+@inlined
+def next_part(claimed, share, shares, parts):
+    """The next part for a thread whose share of the parts this is; one too many if none is left.
+
+    It takes its own parts first, which are next to each other and were its own in the round
+    before: what a processor has in its caches is there.  Then it helps with other shares.
+
+    Args:
+        claimed: how many parts of each share are taken, ``APART`` numbers from each other.
+        share, shares: which one, and of how many.
+        parts: how many parts there are.
+    """
+    for turn in range(shares):
+        other = (share + turn) % shares
+        first, last = parts * other // shares, parts * (other + 1) // shares
+        part = first + claim(claimed, APART * other)
+        if part < last:
+            return part
+    return parts
 
 
 @inlined(arrays=True)

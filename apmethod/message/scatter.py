@@ -19,7 +19,6 @@ import numpy as np
 from apmethod.compile import (
     LANES,
     add_lanes,
-    claim,
     compiled,
     copy_lanes,
     fill_lanes,
@@ -32,7 +31,7 @@ from apmethod.compile import (
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term
 from apmethod.message.fuse import ingredients, mirror_evaluator, width_of
-from apmethod.message.parts import MOST, add_up, parts_of, write_alone
+from apmethod.message.parts import APART, MOST, add_up, next_part, parts_of, write_alone
 from apmethod.perceive.cells import SortedCells
 from apmethod.perceive.domain import distance_2
 
@@ -56,11 +55,12 @@ def scatter(
     parts = parts_of(cells)
     count = len(parts.begin)
     tables = memory.empty((width_of(terms), parts.base[-1]))
-    claimed = np.zeros(1, np.int64)
+    shares = min(threads(), count)
+    claimed = np.zeros(APART * shares, np.int64)
     sums = sums.T  # one layout for any number of parts, so that passes are compiled once
     in_blocks(
-        run, min(threads(), count), claimed, parts, cells.runs, cells.entries, row, table,
-        cells.core_radius, kernel.support, tables, sums, least=1,
+        run, shares, claimed, parts, cells.runs, cells.entries, row, table, cells.core_radius,
+        kernel.support, tables, sums, least=1,
     )  # fmt: skip
     if count > 1:
         in_blocks(add_up, count, row, cells.image, parts, tables, sums, least=MOST // 2)
@@ -192,8 +192,9 @@ def _compile(
         for line in range(lines):
             block[line] = table[line, 0]  # formulas see no columns but agents'
         pieces = np.empty((_BLOCK, 2), np.int64)
-        part = claim(claimed)
-        while part < len(begin):
+        shares, count = len(claimed) // APART, len(begin)
+        part = next_part(claimed, first, shares, count)
+        while part < count:
             tables[:, base[part] : base[part + 1]] = 0.0
             for each in range(cell[part], cell[part + 1]):
                 sum_cell(
@@ -201,6 +202,6 @@ def _compile(
                     core_radius, support, tables,
                 )  # fmt: skip
             write_alone(part, row, entries.image, parts, tables, sums)
-            part = claim(claimed)
+            part = next_part(claimed, first, shares, count)
 
     return scatter_sums

@@ -4,9 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from apmethod import Mirrored, Open, Periodic
-from apmethod.compile import LANES
+from apmethod.compile import LANES, compiled
 from apmethod.message import parts
 from samples import Curious, build
 
@@ -32,3 +34,27 @@ def test_parts_cover_all_sub_domains_and_reach_as_far_as_their_runs(domain, leas
         less = parts._divide(*runs, least, 8, copies)[-1]
         assert less[-1] <= copies * len(cells.row) or len(less) <= 3
         assert len(less) <= len(base)
+
+
+@compiled
+def taken(order, shares, count):
+    """The parts that threads take, one after the other in an order of their shares."""
+    claimed = np.zeros(parts.APART * shares, np.int64)
+    found = np.empty(len(order), np.int64)
+    for k in range(len(order)):
+        found[k] = parts.next_part(claimed, order[k], shares, count)
+    return found
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(1, 5), st.integers(1, 32), st.integers(0, 2**32))
+def test_each_part_is_taken_once_and_ones_own_first(shares, count, seed):
+    order = np.random.default_rng(seed).integers(0, shares, 40)
+    found = taken(order, shares, count)
+    assert sorted(found[:count]) == list(range(count))
+    assert (found[count:] == count).all()
+    own = [count * share // shares for share in range(shares + 1)]
+    for share in range(shares):
+        mine = found[order == share]
+        if len(mine) and own[share] < own[share + 1] and order[0] == share:
+            assert mine[0] == own[share]
