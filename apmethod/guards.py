@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from apmethod.compile import compiled, in_blocks
 from apmethod.errors import StepFailed
 from apmethod.mesa_versions import stay_alive
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Coordinates from here on overflow when distances are squared.
 _FAR = 1e150
+#: Agents that are looked through so quickly that another thread does not pay for fewer.
+_MANY = 50_000
 
 
 @contextmanager
@@ -54,8 +57,9 @@ def check_places(model: ParticleModel) -> None:
         StepFailed: for a place that is not finite, or so far off that distances overflow.
     """
     positions = model.particles.array("position")
-    # NaN compares with nothing, and a maximum with one in it is one.
-    if not len(positions) or max(positions.max(), -positions.min()) < _FAR:
+    found = np.zeros(1, np.bool_)
+    in_blocks(_look_for_lost, len(positions), positions, found, least=_MANY)
+    if not found[0]:
         return
     lost = np.flatnonzero(~(np.abs(positions) < _FAR).all(axis=1))
     agent = model.particles._agents[lost[0]]
@@ -67,6 +71,16 @@ def check_places(model: ParticleModel) -> None:
         model.steps,
         model.elapsed,
     )
+
+
+@compiled
+def _look_for_lost(first, last, positions, found):
+    """Tell whether any place is further off than one can be, or no number."""
+    places, lost = positions[first:last].ravel(), 0
+    for k in range(len(places)):
+        lost += not abs(places[k]) < _FAR  # NaN compares with nothing
+    if lost:
+        found[0] = True
 
 
 def check_finite(model: ParticleModel) -> None:

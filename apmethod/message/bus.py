@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba.core.errors import NumbaError
 
-from apmethod.compile import memory
+from apmethod.compile import in_blocks, memory
 from apmethod.contribute.smoothing import Kernel
 from apmethod.contribute.terms import Term, odd_columns, pair_maker
 from apmethod.message.passes import BEST_EVALUATION, EVALUATIONS, RoundPass
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from apmethod.agent import AgentParticle
 
 Message = tuple[float, ...]
+#: Agents whose sums are copied so quickly that another thread does not pay for fewer.
+_MANY = 50_000
 
 
 class MessageBus:
@@ -143,9 +145,11 @@ class MessageBus:
 
     def deliver_all(self, rows: np.ndarray | None = None) -> None:
         """Write the sums to the columns, for all agents or those in ``rows``."""
-        chosen = slice(None) if rows is None else rows
         for part, column in enumerate(self._columns()):
-            column[chosen] = self._sums[chosen, part]
+            if rows is None:
+                in_blocks(_copy, len(column), self._sums[:, part], column, least=_MANY)
+            else:
+                column[rows] = self._sums[rows, part]
 
     # -- one agent ---------------------------------------------------------------------
 
@@ -269,6 +273,10 @@ class MessageBus:
                         f"declares and no term delivers; there are {', '.join(widths)}"
                     )
             term.check(widths)
+
+
+def _copy(first: int, last: int, values: np.ndarray, column: np.ndarray) -> None:
+    column[first:last] = values[first:last]
 
 
 class _Opposite:
